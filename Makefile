@@ -29,12 +29,12 @@ test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))
 verify: $(VENV)/installed-test-oracles
 	@$(BIN)/pytest -q tests/oracles --verify verify.json; status=$$?; \
 	  $(BIN)/python docs/make_trust.py verify.json && \
-	  echo "The claims are in verify.json and docs/trust.md." && exit $$status
+	  echo "The claims are in verify.json and docs/explanation/trust_claims.md." && exit $$status
 
 # An hour by default; MINUTES=600 for a night.
 MINUTES ?= 60
 soak: $(VENV)/installed-test
-	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.soak --minutes $(MINUTES) --out docs/soak.md
+	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.soak --minutes $(MINUTES) --out docs/explanation/soak.md
 	OMP_NUM_THREADS=1 $(BIN)/pytest -q -m slow
 
 bench: $(VENV)/installed-test-oracles

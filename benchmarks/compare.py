@@ -5,8 +5,8 @@
 Every peer has an adapter in benchmarks/peers, run as a process of its own. Its Python is this one
 where the pinned versions (extras `oracles` and `bench`) are installed here, else .peers/<adapter>,
 which is made on first use, or the one that --python names. A peer that cannot be installed or
-started is reported as not measured, with the reason. Writes benchmarks/peers.json, docs/peers.md
-and docs/images/peers.png.
+started is reported as not measured, with the reason. Writes benchmarks/peers.json,
+docs/explanation/peers.md and docs/images/peers.png.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ share one vehicle. Operations per step are counted by benchmarks/counting.py; th
 fused multiplications and additions, measured by benchmarks/peaks.py on the same card. Then whole
 calls of `simulate`, of as many vehicles as runs, on the card and on all threads of the CPU beside
 it. With --device cpu one thread is measured in the same way, to try the script. The figures of
-docs/roofline.md are in benchmarks/gpu.json, which --out writes.
+docs/explanation/roofline.md are in benchmarks/gpu.json, which --out writes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Turn the figures of `benchmarks/compare.py` into docs/peers.md and docs/images/peers.png."""
+"""Turn the figures of benchmarks/compare.py into docs/explanation/peers.md and its plot."""
 
 from __future__ import annotations
 
@@ -94,22 +94,25 @@ def write(result: dict[str, Any], docs: Path) -> None:
     """Write the page and the plot."""
     one = rows_of(result, "1", "cpu")
     several = [threads for threads in result["measured"] if threads != "1"]
-    parts = [_opening(result), _targets(one), _table(one, "cpu", "One thread")]
+    parts = [_opening(result, one), _targets(one), _table(one, "cpu", "One thread")]
     parts += [_table(rows_of(result, n, "wall"), "wall", f"{n} threads") for n in several]
-    parts += [_start_up(result), _faster(one), READING, _not_measured(result)]
-    (docs / "peers.md").write_text("\n".join(part for part in parts if part))
+    parts += [_start_up(result), READING, _not_measured(result)]
+    (docs / "explanation" / "peers.md").write_text("\n".join(part for part in parts if part))
     _plot(one, docs / "images" / "peers.png")
 
 
-def _opening(result: dict[str, Any]) -> str:
-    return f"""# Speed beside peers
+def _opening(result: dict[str, Any], rows: list[Row]) -> str:
+    return f"""# How fast is it beside other engines?
 
-Written by `python benchmarks/compare.py`, a part of `make bench`; every figure of all rounds is in
-`benchmarks/peers.json`. Measured on {result["when"]} on {result["machine"]}.
-Medians of {result["rounds"]} rounds; in a round every case runs once, one after the other, and
-ratios are taken within rounds, so that other work on the machine meets all alike.
+{_faster(rows)} The engines do different work, so read [how the ratios are
+meant](#how-to-read-it). `python benchmarks/compare.py`, a part of `make bench`, writes this page;
+every figure of all rounds is in `benchmarks/peers.json`.
 
-![Time per unit of work on one thread, continuair and its peers](images/peers.png)
+Measured on {result["when"]} on {result["machine"]}. Medians of {result["rounds"]} rounds. In a
+round every case runs once, one after the other. Ratios are taken within rounds, so other work on
+the machine affects all alike.
+
+![Time per unit of work on one thread, continuair and its peers](../images/peers.png)
 """
 
 
@@ -166,9 +169,9 @@ def _start_up(result: dict[str, Any]) -> str:
     lines = [
         "## Start-up and memory",
         "",
-        "From starting Python until the first case of an engine has run once. Cold: without any "
-        "cache of compiled code; warm: the second process. Importing, building the model and "
-        "compiling are parts of it; memory is the largest that the process held.",
+        "From starting Python until the first case of an engine has run once. Cold: without a "
+        "cache of compiled code; warm: the second process. Import, building the model and "
+        "compilation are included; memory is the process's maximum.",
         "",
         "| engine | first case | cold [s] | warm [s] | import [s] | build [s] | compile, cold [s] "
         "| compile, warm [s] | memory [MiB] |",
@@ -188,34 +191,32 @@ def _start_up(result: dict[str, Any]) -> str:
 def _faster(rows: list[Row]) -> str:
     faster = [f"{row.label} ({1 / row.ratio:.2g} times)" for row in rows if _beats(row)]
     if not faster:
-        return "No peer took less time per unit than the case of ours that it is put beside.\n"
-    return f"Faster than ours per unit: {'; '.join(faster)}. What each does is said below.\n"
+        return "No peer took less time per unit of work than the case of ours beside it."
+    return f"Faster than ours per unit of work: {'; '.join(faster)}."
 
 
 READING = """## How to read it
 
 * All engines but crazyflow and RotorPy move the preset `paper`, or a tree of as many degrees of
-  freedom with its masses. A unit is one step of RK4 (four evaluations of the equations of motion),
-  except Pinocchio's, one evaluation: its ratio counts four of them and no integrator. Every engine
-  takes many units in one call from Python, and what the call itself costs is part of them: some
-  10 ms for continuair, 0.05 µs per step of a single run's 200,000.
+  freedom with its masses. A unit is one step of RK4, four evaluations of the equations of motion.
+  Pinocchio's is one evaluation without an integrator, and its ratio counts four. Every engine
+  takes many units in one call from Python, whose cost is included: some 10 ms for continuair,
+  0.05 µs per step of a single run's 200,000.
 * **MuJoCo** has no constant-curvature arm; a chain of N links on springs stands for it. Under a
-  force at its tip one joint sinks by ¾ of a beam's deflection, as a constant-curvature arm does:
-  the chain of 8 degrees of freedom is the one of equal accuracy there. More joints come nearer to
-  the beam than constant curvature can; 32 of them also need a shorter step, as the table shows.
-  Contacts and constraints are off.
-* **SoRoMoX** integrates the same equations (a rigid segment is the hub). Of its own accelerations
-  with 40 Gauss points, those with its default of five are off by 2e-7 while the arm bends less than
-  half a circle and by 4e-5 near a full one, and those with twelve by 1e-7 throughout, the rounding
-  of its nodes; continuair's error is 3e-13 up to a full circle. RK4 is a `lax.scan` over
-  `forward_dynamics`, compiled by XLA.
+  force at its tip one joint sinks by ¾ of a beam's deflection, as a constant-curvature arm does,
+  so the chain of 8 degrees of freedom is equally accurate there. More joints come nearer to the
+  beam; 32 of them also need a shorter step. Contacts and constraints are off.
+* **SoRoMoX** integrates the same equations; a rigid segment is the hub. Measured against its own
+  40 Gauss points, its default of five is off by 2e-7 while the arm bends less than half a circle
+  and by 4e-5 near a full one; twelve are off by 1e-7 throughout, the rounding of its nodes.
+  continuair's error is 3e-13 up to a full circle. RK4 is a `lax.scan` over `forward_dynamics`,
+  compiled by XLA.
 * **crazyflow** and **RotorPy** fly a rigid quadrotor without an arm, 6 degrees of freedom and
-  rotors: they do less mechanics per step, and more of the rotors. crazyflow computes in float32
-  and is put beside our float32.
+  rotors: less mechanics per step, and more of the rotors. crazyflow computes in float32 and is
+  put beside our float32.
 * **machinevision-toolbox** moves a free camera by the velocity that the law gives, without
-  dynamics; ours is the whole closed loop, with the coupled equations integrated between the
-  images.
-* Batches of ours include the sampling of every vehicle's moments on the host.
+  dynamics; ours is the whole closed loop.
+* Batches of ours include the moments of every vehicle on the host.
 """
 
 

@@ -1,4 +1,4 @@
-"""Arithmetic per step against what this machine can do: writes docs/roofline.md and its plot.
+"""Arithmetic per step against what this machine can do: writes docs/explanation/roofline.md.
 
     python benchmarks/roofline.py
 

@@ -1,4 +1,4 @@
-"""Turn the figures of `benchmarks/roofline.py` into docs/roofline.md and its plot."""
+"""Turn the figures of `benchmarks/roofline.py` into docs/explanation/roofline.md and its plot."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def write(result: dict[str, Any], docs: Path) -> None:
         "KNOWN": "; ".join(f"{what}: {found}" for what, (found, _) in known.items()),
         "COUNTS": _counts(result["counts"]),
         "PEAKS": _peaks(result),
-        "TIMED": _timed(timed) if "timed_counts" in result else "",
+        "TIMED": _timed(result) if "timed_counts" in result else "",
         "REACHED": _reached(result, timed),
         "DISKS": _disks(result["disks"]),
         "BATCHES": _batches(result["batches"]),
@@ -42,7 +42,7 @@ def write(result: dict[str, Any], docs: Path) -> None:
     }
     for name, text in parts.items():
         page = page.replace(f"@{name}@", text)
-    (docs / "roofline.md").write_text(page)
+    (docs / "explanation" / "roofline.md").write_text(page)
     _plot(result, timed, docs / "images" / "roofline.png")
 
 
@@ -68,13 +68,13 @@ def _peaks(result: dict[str, Any]) -> str:
     return _table(["one core", "scalar [Gflop/s]", "vector [Gflop/s]"], rows)
 
 
-def _timed(counts: dict[str, Any]) -> str:
+def _timed(result: dict[str, Any]) -> str:
     """What was timed, where it is not what is counted now."""
-    numbers = ", ".join(f"{count['flops']:,} {model}" for model, count in counts.items())
+    counts = result["timed_counts"].items()
+    numbers = ", ".join(f"{count['flops']:,.0f} {model}" for model, count in counts)
     return f"""
-**All times of flights, here and in the plot, are of the kernels before arms of several sections and
-packs of runs, which the table above no longer counts.** Rates follow from operations counted then,
-dead code included: {numbers}.
+**The table counts later kernels than those that were timed on {result["when"]}.** Rates below
+follow from what was counted then: {numbers}.
 """
 
 

@@ -1,4 +1,4 @@
-"""Write the tables of docs/control.md, from what `region` and `robustness` have written:
+"""Write the tables of docs/explanation/servoing_limits.md from the results of two studies:
 
 continuair region --model coupled --rate 1000 --rate 10000 --out results/region
 continuair robustness --out results/robustness
@@ -34,8 +34,8 @@ def main(region: Path, robustness: Path) -> None:
 
 
 def _put(name: str, lines: list[str]) -> None:
-    """Write lines where the page has room for what is called so."""
-    page, start = DOCS / "control.md", START.format(name)
+    """Replace the lines between the marks of this name."""
+    page, start = DOCS / "explanation" / "servoing_limits.md", START.format(name)
     before, rest = page.read_text(encoding="utf-8").split(start)
     table = "\n".join(lines) + "\n"
     page.write_text(before + start + table + END + rest.split(END, 1)[1], encoding="utf-8")
@@ -55,7 +55,7 @@ def _directions(cases: list[dict[str, Any]]) -> list[str]:
 
 def _random(cases: list[dict[str, Any]]) -> list[str]:
     lines = [
-        "| gains | plant | control | random starts that end well |",
+        "| gains | plant | control | random starts that converge |",
         "| --- | --- | ---: | ---: |",
     ]
     for case in cases:

@@ -1,4 +1,4 @@
-"""Write the table of docs/curvature.md."""
+"""Write the table of docs/explanation/curvature.md."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def main() -> None:
             entry = found[name]
             numbers = f"{entry['reference']:.1f} | {entry['model']:.1f} | {entry['error']:+.1%}"
             lines.append(f"| `{vehicle}` | {source} | {numbers} |")
-    page = Path(__file__).parent / "curvature.md"
+    page = Path(__file__).parent / "explanation" / "curvature.md"
     before, rest = page.read_text(encoding="utf-8").split(START)
     table = "\n".join(lines) + "\n"
     page.write_text(before + START + table + END + rest.split(END)[1], encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Draw the figure of docs/gradients.md: the transfer of examples/quiet_transfer.py."""
+"""Draw the figure of docs/howto/gradients.md: the transfer of examples/quiet_transfer.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Draw the figure of docs/interfaces.md: the transfer of examples/mpc_transfer.py."""
+"""Draw the figure of docs/howto/export.md: the transfer of examples/mpc_transfer.py."""
 
 from __future__ import annotations
 

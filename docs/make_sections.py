@@ -1,4 +1,4 @@
-"""Write the tables of docs/sections.md and draw its figure: minutes, most of them compiling."""
+"""Write the tables of docs/explanation/sections.md and draw its figure, within minutes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ START, END = "<!-- written by make_sections.py -->\n", "<!-- to here -->\n"
 def main() -> None:
     results = sections()
     style.save_as(figure(results), DOCS / "images" / "sections.png")
-    page = DOCS / "sections.md"
+    page = DOCS / "explanation" / "sections.md"
     before, rest = page.read_text(encoding="utf-8").split(START)
     after = rest.split(END, 1)[1]
     page.write_text(before + START + "\n".join(_tables(results)) + "\n" + END + after, "utf-8")

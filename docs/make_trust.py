@@ -1,4 +1,7 @@
-"""Write the page of claims and its figure: make_trust.py verify.json [docs]."""
+"""Write docs/explanation/trust_claims.md and the figure of trust.md.
+
+python docs/make_trust.py verify.json [docs]
+"""
 
 from __future__ import annotations
 
@@ -21,31 +24,20 @@ ENGINES += ("pyelastica", "machinevision-toolbox-python")
 ORDER = ("soromox", "mujoco_statics", "mujoco_flight", "pyelastica", "scipy", "sympy")
 ORDER += ("visp", "machinevision")
 
-HEAD = """# Trust
+HEAD = """# Which claims were compared with other engines?
 
-What independent engines say about this package. `make verify` installs them, runs every comparison,
-and writes this page and `verify.json`; every figure in its tables comes from that run. {counts}
+{counts} `make verify` installs the engines, runs every comparison, and writes this page and
+`verify.json`; every figure comes from that run. [Trust](trust.md) says what follows.
 
-A claim *passes* if the figure reached differs from what the source says by no more than the
-tolerance. A *miss* stays on the page. *Measured* is a distance between models, not an error of
-this package, and has no tolerance. Figures without a unit are relative, or pure numbers.
+* *Pass*: the figure reached differs from what the source says by no more than the tolerance.
+* *Miss*: it differs by more. A miss stays on the page.
+* *Measured*: a distance between models, not an error of this package; it has no tolerance.
 
-To follow one figure, name its test: `.venv/bin/pytest tests/oracles/test_soromox.py -k mass_matrix`
-runs one and prints what it reaches.
+Figures without a unit are relative, or pure numbers. To follow one, name its test:
+`.venv/bin/pytest tests/oracles/test_soromox.py -k mass_matrix` prints what it reaches. The tables
+of convergence behind some claims are in `verify.json`.
 
 Versions: {versions}. Machine: {machine}.
-
-## What the comparisons show
-
-* The equations are right: engines written by others give the same mass matrix, accelerations and
-  flights (SoRoMoX, and MuJoCo's links held in a circular arc as their number grows).
-* Constant curvature is a model, and no beam: its clamped first frequency is 27 % too high and its
-  sag under a tip force a quarter too small, whatever computes it. It is good where the curvature
-  is even, as under a couple that is slow beside the first mode, and bad where a wave runs along
-  the arm.
-
-![Left: differences from links held in a circular arc fall with the square of their number. Right:
-distance of constant curvature from a true beam by the duration of a bend]({figure})
 """
 
 
@@ -55,8 +47,8 @@ def main(path: Path, docs: Path = ROOT / "docs") -> None:
     text = [head(entries)]
     for file, group in groupby(entries, key=lambda e: e["test"].split("::")[0]):
         text.append(section(file, list(group)))
-    text.append((ROOT / "docs" / "soak.md").read_text(encoding="utf-8"))
-    (docs / "trust.md").write_text("\n".join(text), encoding="utf-8")
+    page = docs / "explanation" / "trust_claims.md"
+    page.write_text("\n".join(text), encoding="utf-8")
 
 
 def place(entry: dict[str, Any]) -> int:
@@ -78,7 +70,6 @@ def head(entries: list[dict[str, Any]]) -> str:
         counts=f"Claims: {', '.join(found)}.",
         versions=", ".join(versions),
         machine=f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}",
-        figure=FIGURE,
     )
 
 
@@ -104,9 +95,6 @@ def section(file: str, entries: list[dict[str, Any]]) -> str:
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     if remarks:
         lines += ["", *(f"{i}. {remark.rstrip('.')}." for i, remark in enumerate(remarks, 1))]
-    for entry in entries:
-        if entry["table"]:
-            lines += ["", *as_table(entry)]
     return "\n".join([*lines, ""])
 
 
@@ -147,21 +135,6 @@ def resolved(entry: dict[str, Any], value: float) -> str:
 
 def unit(entry: dict[str, Any]) -> str:
     return f" {entry['unit']}" if entry["unit"] else ""
-
-
-def number(value: Any) -> str:
-    return f"{value:.5g}" if isinstance(value, float) else str(value)
-
-
-def as_table(entry: dict[str, Any]) -> list[str]:
-    columns, rows = entry["table"]
-    return [
-        f"`{entry['test'].split('::')[-1].removeprefix('test_')}`, {entry['claim']}:",
-        "",
-        "| " + " | ".join(columns) + " |",
-        "| " + " | ".join("---" for _ in columns) + " |",
-        *("| " + " | ".join(number(cell) for cell in row) + " |" for row in rows),
-    ]
 
 
 def draw(entries: list[dict[str, Any]], path: Path) -> None:

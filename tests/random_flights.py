@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 import continuair as ca
+from continuair.kernels.dynamics import SIMPLER
+from continuair.typing import Model
 
 Array = np.ndarray
 Rng = np.random.Generator
@@ -25,7 +27,7 @@ class Case:
 
     vehicle: ca.Vehicle
     scenario: ca.Scenario
-    models: tuple[str, ...]
+    models: tuple[Model, ...]
     settle: float
     options: dict[str, Any]
 
@@ -88,8 +90,8 @@ def open_case(number: int) -> Case:
     choices = [1e-4, 5e-5] if quick else [2e-3, 1e-3, 3e-4]
     step = "auto" if violent else _step(rng, shape.runs, choices)
     options = _method(number, step) | {"sample": sample, "duration": duration}
-    others = list(rng.permutation(["decoupled", "independent"])[: 1 + number % 2])
-    return Case(vehicle, scenario, tuple(map(str, others)), 0.0, options)
+    others = rng.permutation(SIMPLER)[: 1 + number % 2].tolist()
+    return Case(vehicle, scenario, tuple(others), 0.0, options)
 
 
 def closed_case(number: int) -> Case:
@@ -123,7 +125,7 @@ def closed_case(number: int) -> Case:
     parts = [1, 2, 5, 10]
     step = _step(rng, shape.runs, [(period or 1e-3) / n for n in parts])
     options = _method(number, step) | {"sample": sample}
-    models = (("decoupled", "independent")[number % 2],) if looks else ()
+    models: tuple[Model, ...] = (SIMPLER[number % 2],) if looks else ()
     return Case(vehicle, scenario, models, round(0.31 * duration, 5), options)
 
 

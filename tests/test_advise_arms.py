@@ -99,7 +99,7 @@ def test_loads_on_tip_and_bends_turn_the_arms_end_by_the_angle_they_are_named_by
 ) -> None:
     arm, load = excited_arm(vehicle), 1e-3
     sections = [section for each in vehicle.arms for section in each.section]
-    peak = 0.25 * 2.0 * np.pi / (0.5 * arm.frequency)
+    peak = 0.25 * 2.0 * np.pi / (0.5 * float(arm.frequency))
     bend = standard_scenario("bend", vehicle, load, bend=0.0, gravity=0.0).bend_moment
     tip = standard_scenario("tip", vehicle, load, bend=0.0, gravity=0.0).tip_wrench
     assert callable(bend) and callable(tip)

@@ -47,7 +47,7 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"arm": [{"section": [SECTION]}] * 9}, "arm is ", "1 to 8 arms (it has 9)"),
     ({"arm": [{}]}, "arm.0.section is missing", "[[arm.section]]"),
     ({"arm": [3]}, "arm.0 is 3", "table of fields"),
-    ({"arm.1.name": "left"}, "arm.1.name is 'left', as is that of arm 0", "name of its own"),
+    ({"arm.1.name": "left"}, "arm.1.name is 'left', as is that of arm 0", "unique name"),
     ({"arm.left.section.1.name": "base"}, "arm.left.section.1.name is 'base'", "of section 0"),
     ({"arm.1.name": "0"}, "arm.1.name is '0'", "index of another arm"),
     ({"arm.1.name": "7"}, "arm.1.name is '7'", "give it a letter"),
@@ -68,9 +68,9 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({"arm.left.section.tip.bending_stiffness": 1e308, "arm.left.section.tip.mass_per_length":
       1e-300}, "arm.left.section.tip.length is 0.25, which with", "SI units"),
     ({"arm.left.section.tip.length": 0.3, "arm.0.section.1.length": 0.2},
-     "arm.0.section.1.length sets again what arm.left.section.tip.length has", "give one of them"),
+     "arm.0.section.1.length overwrites arm.left.section.tip.length", "give one of them"),
     ({"arm.left.tip.mass": 0.1, "arm.left.tip": {"mass": 0.2}},
-     "arm.left.tip sets again what arm.left.tip.mass has", "the whole before its part"),
+     "arm.left.tip overwrites arm.left.tip.mass", "the whole before its part"),
 ]  # fmt: skip
 
 

@@ -173,5 +173,5 @@ def test_run_outside_the_batch_is_refused(run: Any) -> None:
 
 def test_vector_that_varies_is_replaced_as_a_whole() -> None:
     batch = PAPER.replace({"uav.mount": np.zeros((2, 3))})
-    with pytest.raises(InputError, match="uav.mount differs from run to run; give uav.mount"):
+    with pytest.raises(InputError, match="uav.mount differs between runs"):
         batch.replace({"uav.mount.2": 1.0})

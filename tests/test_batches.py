@@ -12,6 +12,7 @@ import xarray as xr
 import continuair as ca
 from continuair.flight.prepare import prepare
 from continuair.flight.provenance import PROVENANCE
+from continuair.typing import Model
 
 pytestmark = pytest.mark.targets
 turns_untold = pytest.mark.filterwarnings("ignore:q. roll, pitch and yaw are not followed")
@@ -54,7 +55,7 @@ METHODS: list[dict[str, Any]] = [{}, {"method": "RK4", "step": "auto"}]
 @pytest.mark.parametrize("threads", [1, 3])
 @pytest.mark.parametrize("model", ca.MODELS)
 def test_open_loops_of_arms_that_need_different_steps(
-    model: str, threads: int, given: dict[str, Any]
+    model: Model, threads: int, given: dict[str, Any]
 ) -> None:
     shared: dict[str, Any] = {"moment": moment, "jumps": (0.0333,), "duration": 0.101}
     together = ca.Scenario("together", Q, RATES, force=push, **shared)

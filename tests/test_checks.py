@@ -103,7 +103,7 @@ def test_copies_of_what_was_checked_cannot_be_changed_either(copied: Callable[[A
 
 def test_copies_of_models_change_nothing_that_would_go_unchecked() -> None:
     assert VEHICLE.model_copy(deep=True) == VEHICLE
-    with pytest.raises(InputError, match=r"to change mass, .*; use vehicle.replace\("):
+    with pytest.raises(InputError, match=r"mass; use vehicle.replace\("):
         VEHICLE.uav.model_copy(update={"mass": -3.0})
 
 
@@ -124,7 +124,7 @@ def test_checked_arrays_can_no_longer_be_changed_nor_by_what_they_were_made_of()
     for array in arrays:
         with pytest.raises(ValueError, match="read-only"):
             array[...] = -1.0
-    with pytest.raises(InputError, match="k cannot be changed here"):
+    with pytest.raises(InputError, match="k cannot be changed"):
         controller.gains["k"] = np.zeros((2, 2))  # type: ignore[index]
     for given in (radii, points, gain):
         given[...] = -1.0

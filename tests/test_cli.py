@@ -240,7 +240,7 @@ def test_what_may_never_end_is_not_read(arguments: tuple[str, ...]) -> None:
 
 def test_a_vehicle_that_loses_its_target_cannot_be_timed_and_says_so() -> None:
     result = run("cost", "--vehicle", str(Path(__file__).with_name("long_light_arm.toml")))
-    problem = "vehicle 'long_light_arm' does not fly 5 s"
+    problem = "vehicle 'long_light_arm' fails within 5 s"
     assert_refused(result, problem, "coupled model: all feature points")
 
 

@@ -1,4 +1,4 @@
-"""The count of operations behind docs/roofline.md: it computes what the kernel computes."""
+"""The count of operations of docs/explanation/roofline.md computes what the kernel computes."""
 
 import json
 import subprocess
@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.typing import Model
 
 SCRIPT = Path(__file__).parents[1] / "benchmarks" / "counting.py"
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("model", ["coupled", "decoupled", "independent"])
-def test_counted_source_computes_the_kernels_flight(model: str) -> None:
+def test_counted_source_computes_the_kernels_flight(model: Model) -> None:
     """Position, attitude and bend after three steps; the script itself checks hand counts."""
     count = json.loads(subprocess.check_output([sys.executable, str(SCRIPT), model]))
     vehicle = ca.load_vehicle("paper")

@@ -85,8 +85,8 @@ REFUSED: dict[str, tuple[Any, Any, dict[str, Any], tuple[str, ...], str]] = {
     "step list": (PAPER, FALL, {"step": [1e-3, -1.0]}, ALL, "step is -1.0"),
     "steps empty": (PAPER, FALL, {"step": []}, ALL, "step is []"),
     "steps 2d": (TWO, FALL, {"step": np.ones((1, 2))}, BATCHES, "step is [[1.0, 1.0]]"),
-    "steps for others": (TWO, FALL, {"step": [1e-4] * 3}, BATCHES, "step holds 3 runs"),
-    "steps for one": (PAPER, FALL, {"step": [1e-4] * 2}, ALL, "step holds 2 runs"),
+    "steps for others": (TWO, FALL, {"step": [1e-4] * 3}, BATCHES, "step has 3 runs"),
+    "steps for one": (PAPER, FALL, {"step": [1e-4] * 2}, ALL, "step has 2 runs"),
     "step tiny": (PAPER, FALL, {"step": 1e-9}, BATCHES, "duration is 1 s"),
     "sample zero": (PAPER, FALL, {"sample": 0.0}, BATCHES, "sample is 0.0"),
     "sample negative": (PAPER, FALL, {"sample": -1}, BATCHES, "sample is -1"),
@@ -114,14 +114,14 @@ REFUSED: dict[str, tuple[Any, Any, dict[str, Any], tuple[str, ...], str]] = {
     "threads part": (PAPER, FALL, {"threads": 1.5}, BATCHES, "threads is 1.5"),
     "threads bool": (PAPER, FALL, {"threads": True}, BATCHES, "threads is True"),
     "threads text": (PAPER, FALL, {"threads": "all"}, BATCHES, "threads is 'all'"),
-    "starts": (TWO, FALL.replace(q=[Q] * 3), {}, BATCHES, "vehicle holds 2 runs"),
-    "rates": (TWO, FALL.replace(qd=np.zeros((3, 8))), {}, BATCHES, "vehicle holds 2 runs"),
+    "starts": (TWO, FALL.replace(q=[Q] * 3), {}, BATCHES, "vehicle has 2 runs"),
+    "rates": (TWO, FALL.replace(qd=np.zeros((3, 8))), {}, BATCHES, "vehicle has 2 runs"),
     "constant inputs": (
-        TWO, FALL.replace(force=np.zeros((3, 3))), {}, BATCHES, "vehicle holds 2 runs",
+        TWO, FALL.replace(force=np.zeros((3, 3))), {}, BATCHES, "vehicle has 2 runs",
     ),
-    "inputs over time": (TWO, FALL.replace(force=rows(3)), {}, BATCHES, "vehicle holds 2 runs"),
+    "inputs over time": (TWO, FALL.replace(force=rows(3)), {}, BATCHES, "vehicle has 2 runs"),
     "inputs apart": (
-        PAPER, FALL.replace(force=rows(2), moment=rows(3)), {}, BATCHES, "inputs hold rows",
+        PAPER, FALL.replace(force=rows(2), moment=rows(3)), {}, BATCHES, "inputs have different",
     ),
     "input not finite": (
         PAPER, FALL.replace(force=later([np.nan] * 3)), {}, BATCHES, "force is not finite at t =",
@@ -134,7 +134,7 @@ REFUSED: dict[str, tuple[Any, Any, dict[str, Any], tuple[str, ...], str]] = {
     ),
     "start too fast": (
         PAPER, FALL.replace(qd=np.full(8, 1e200)), {"step": "auto"}, BATCHES,
-        "duration is 1 s, which takes more",
+        "duration is 1 s, more",
     ),
     "period and step": (
         flights.VEHICLE, SEEING, {"step": 3e-4}, BATCHES, "control_period is 0.001 s, which is not",
@@ -149,11 +149,11 @@ REFUSED: dict[str, tuple[Any, Any, dict[str, Any], tuple[str, ...], str]] = {
         "target has point 1 of run 1 out of view",
     ),
     "targets": (
-        TWO, before(target=[still(0.0)] * 3), {}, BATCHES, "vehicle holds 2 runs, but the batch",
+        TWO, before(target=[still(0.0)] * 3), {}, BATCHES, "vehicle has 2 runs, but the batch",
     ),
     "controllers": (
         TWO, before(controller=ca.stack([flights.designed(2.0)] * 3)), {}, BATCHES,
-        "vehicle holds 2 runs, but the batch",
+        "vehicle has 2 runs, but the batch",
     ),
     "gains for other points": (
         flights.VEHICLE, before(controller=ca.servoing(5.0, 0.1, points=3)), {}, BATCHES,
@@ -223,7 +223,7 @@ def test_every_entry_warns_of_a_coarse_step_in_the_same_words_and_where_it_was_c
         assert [warned.filename for warned in caught] == [__file__]
         said.append(str(caught[0].message))
     assert said == said[:1] * len(entries)
-    assert said[0].startswith(f"step is {step:g} s, which is too coarse")
+    assert said[0].startswith(f"step is {step:g} s, too coarse")
     assert "step='auto'" in said[0]
 
 

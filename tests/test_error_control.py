@@ -10,6 +10,7 @@ import xarray as xr
 import continuair as ca
 from amiri2026 import open_loop_test
 from continuair.scenario.tracking_task import task
+from continuair.typing import Method
 
 Array = np.ndarray
 
@@ -239,7 +240,7 @@ def test_tolerances_that_cannot_be_met_are_refused(options: dict[str, Any], fiel
 
 @pytest.mark.parametrize("method", ["RK4", "implicit"])
 @pytest.mark.filterwarnings("ignore:step", "ignore:error_estimate")
-def test_half_the_step_tells_the_error_of_steps_of_one_length(method: str) -> None:
+def test_half_the_step_tells_the_error_of_steps_of_one_length(method: Method) -> None:
     short = RELEASE.replace(duration=0.3)
     found = ca.simulate(PAPER, short, method=method, step=4e-3, sample=0.02, check=True)
     true = apart(found, fly(short, rtol=1e-10, sample=0.02))

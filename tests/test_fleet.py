@@ -9,6 +9,7 @@ import continuair as ca
 from continuair.flight.fleet import Fleet
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK
+from continuair.typing import Model
 
 pytestmark = pytest.mark.targets
 
@@ -36,7 +37,7 @@ def starts(runs: int) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize(
     "model", [pytest.param(m, marks=[pytest.mark.slow] * (m != "coupled")) for m in MODELS]
 )
-def test_a_fleet_flies_as_simulations_do(model: str) -> None:
+def test_a_fleet_flies_as_simulations_do(model: Model) -> None:
     fleet, (q, qd) = Fleet(VEHICLE, 11, period=PERIOD, model=model), starts(11)
     fleet.begin(np.arange(11), q, qd)
     hover = 9.81 * float(VEHICLE.mass) / 4.0

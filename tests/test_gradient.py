@@ -56,7 +56,7 @@ FALL = open_loop_test("B").replace(duration=0.01)
 REFUSED: dict[str, tuple[ca.Vehicle, ca.Scenario, Told, dict[str, Any], str]] = {
     "batch": (PAPER.replace({"uav.mass": [1.0, 2.0]}), FALL, last_tip, {}, "vehicle 'paper' holds"),
     "starts": (PAPER, FALL.replace(q=np.zeros((2, 8))), last_tip, {}, "scenario 'Test B' is a"),
-    "tau": (PAPER, FALL.replace(tau=np.zeros(8)), last_tip, {}, "scenario.tau acts along"),
+    "tau": (PAPER, FALL.replace(tau=np.zeros(8)), last_tip, {}, "scenario.tau acts"),
     "loop": (
         PAPER, FALL.replace(controller=ca.hold(PAPER, [0.0, 0.0, 0.0])), last_tip, {},
         "scenario.controller is hold",
@@ -85,7 +85,7 @@ REFUSED: dict[str, tuple[ca.Vehicle, ca.Scenario, Told, dict[str, Any], str]] = 
     ),
     "full circle": (
         PAPER, FALL.replace(bend_moment=[500.0, 0.0], duration=0.02), last_tip, {},
-        "the flight ends before its duration, bent beyond a full circle",
+        "the flight stops early: bent beyond a full circle",
     ),
 }  # fmt: skip
 

@@ -32,7 +32,7 @@ ROTORS = {"layout": "quad_x", "lever": 0.3, "thrust_limits": [0, 20], "torque_pe
 
 
 def with_rotors() -> Any:
-    said = PAPER.describe()
+    said: dict[str, Any] = PAPER.describe()
     return type(PAPER)(**said | {"uav": said["uav"] | {"rotors": ROTORS}})
 
 

@@ -34,10 +34,11 @@ def result(mujoco: list[float]) -> dict[str, Any]:
 
 
 def page(mujoco: list[float], folder: Path) -> str:
-    (folder / "images").mkdir()
+    for name in ("images", "explanation"):
+        (folder / name).mkdir()
     peers_page.write(result(mujoco), folder)
     assert (folder / "images" / "peers.png").stat().st_size > 1000
-    return (folder / "peers.md").read_text()
+    return (folder / "explanation" / "peers.md").read_text("utf-8")
 
 
 def test_ratios_are_taken_within_rounds(tmp_path: Path) -> None:
@@ -52,4 +53,4 @@ def test_a_faster_peer_and_a_miss_are_told(tmp_path: Path) -> None:
     text = page([0.5, 2.0, 0.5], tmp_path)
     assert "| 0.5 | **miss** |" in text
     assert "0.5 **(faster than ours)**" in text
-    assert "Faster than ours per unit: MuJoCo: 8-DoF chain (2 times)" in text
+    assert "Faster than ours per unit of work: MuJoCo: 8-DoF chain (2 times)" in text

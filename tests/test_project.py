@@ -83,12 +83,32 @@ def test_the_citation_is_of_this_project_and_of_the_paper() -> None:
     found = read_yaml("CITATION.cff")
     assert found["license"] == PROJECT["license"]
     assert found["title"].startswith(PROJECT["name"])
+    assert found["version"] == PROJECT["version"]
     (paper,) = found["references"]
     assert paper["url"] in (ROOT / "README.md").read_text("utf-8")
 
 
-def test_every_extra_stands_in_the_readme() -> None:
-    told = re.findall(r"^\| `(\w+)` \|", (ROOT / "README.md").read_text("utf-8"), re.MULTILINE)
+def test_the_page_on_citing_names_what_the_citation_file_names() -> None:
+    page = (ROOT / "docs" / "howto" / "cite.md").read_text("utf-8")
+    words = " ".join(page.split())
+    found = read_yaml("CITATION.cff")
+    (paper,) = found["references"]
+    for each in (
+        found["title"],
+        found["version"],
+        found["license"],
+        paper["title"],
+        paper["url"],
+        paper["year"],
+    ):
+        assert str(each) in words
+    for author in paper["authors"]:
+        assert f"{author['family-names']}, {author['given-names']}" in words
+
+
+def test_every_extra_stands_on_the_page_on_installing() -> None:
+    page = ROOT / "docs" / "tutorials" / "install.md"
+    told = re.findall(r"^\| `(\w+)` \|", page.read_text("utf-8"), re.MULTILINE)
     assert told == list(PROJECT["optional-dependencies"])
 
 

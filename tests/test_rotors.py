@@ -135,7 +135,7 @@ def test_rotors_that_lean_give_lift_and_moments_as_asked(lean: tuple[float, floa
 
 def test_rotors_that_push_a_level_vehicle_sideways_do_not_hover_by_themselves() -> None:
     start = ca.Scenario("hover", (0, 0, 2, 0, 0, 0, 0, 0), duration=0.01)
-    with pytest.raises(InputError, match="push sideways by .* give the scenario a rotor_command"):
+    with pytest.raises(InputError, match="sideways force .* give the scenario a rotor_command"):
         ca.simulate(leaning(0.26, 0.0), start, sample=0.01)
     vehicle = leaning(0.26, 0.0)
     controlled = start.replace(controller=ca.flight_controller(vehicle))
@@ -218,14 +218,14 @@ UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
     ({**QUAD, "torque_per_thrust": 0.0}, "uav.rotors.torque_per_thrust is 0", "both spins"),
     ({**QUAD, "rotor": LINE}, "uav.rotors.layout and rotor are both given", "one of the two"),
     (GIVEN, "uav.rotors.layout and rotor are both missing", "one of the two"),
-    ({**LIST, "lever": 0.2}, "uav.rotors.lever is 0.2, but is of a layout", "leave it out"),
-    ({**LIST, "rotor": LINE}, "uav.rotors.torque_per_thrust is 0.02", "not in one line"),
-    ({**LIST, "rotor": LIST["rotor"][:3]}, "uav.rotors.torque_per_thrust is 0.02", "4 rotors"),
+    ({**LIST, "lever": 0.2}, "uav.rotors.lever is 0.2, but belongs to a layout", "leave it out"),
+    ({**LIST, "rotor": LINE}, "uav.rotors.torque_per_thrust is 0.02", "not in line"),
+    ({**LIST, "rotor": LIST["rotor"][:3]}, "uav.rotors.torque_per_thrust is 0.02", "4 or more"),
     ({**LIST, "rotor": []}, "uav.rotors.rotor is []", "1 to 16 rotors"),
     ({**LIST, "rotor": [{"position": [1, 0, 0]}]}, "uav.rotors.rotor.0.spin is missing", "1 for"),
     ({**LIST, "rotor": [{"position": [1, 0, 0], "spin": 2}]}, "uav.rotors.rotor.0.spin is 2", "-1"),
-    ({**QUAD, "thrust_limits": [0.0, 5.0]}, "uav.rotors.thrust_limits is (0.0, 5.0), with which 4 "
-     "rotors lift 20 N, but the vehicle weighs 21.13 N", "lift more"),
+    ({**QUAD, "thrust_limits": [0.0, 5.0]}, "uav.rotors.thrust_limits is (0.0, 5.0): 4 "
+     "rotors lift 20 N, but the vehicle weighs 21.13 N", "increase the thrust"),
 ]  # fmt: skip
 
 

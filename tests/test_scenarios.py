@@ -93,8 +93,8 @@ UNUSABLE: list[tuple[dict[str, Any], str]] = [
     ({"duration": "1 s"}, "duration is '1 s'"),
     ({"jumps": (0.0,)}, "jumps is (0.0,)"),
     ({"jumps": (1.0,)}, "jumps is (1.0,)"),
-    ({"jumps": 0.5}, "jumps is 0.5, but must be a list of times"),
-    ({"jumps": [[0.5]]}, "jumps is [[0.5]], but must be a list of times"),
+    ({"jumps": 0.5}, "jumps is 0.5; give a list of times"),
+    ({"jumps": [[0.5]]}, "jumps is [[0.5]]; give a list of times"),
     ({"gravity": -9.81}, "gravity is -9.81"),
 ]
 

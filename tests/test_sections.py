@@ -16,7 +16,7 @@ from continuair.studies.sections import (
     sag,
 )
 
-PAGE = Path(__file__).parents[1] / "docs" / "sections.md"
+PAGE = Path(__file__).parents[1] / "docs" / "explanation" / "sections.md"
 SLOW = pytest.mark.slow  # kernels of their own, which take long to compile
 COUNTS = (1, 2, pytest.param(3, marks=SLOW), pytest.param(4, marks=SLOW))
 

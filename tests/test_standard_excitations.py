@@ -11,12 +11,13 @@ from continuair.controllers.inertias import rigid_inertia
 from continuair.errors import InputError
 from continuair.scenario.excitations import Offset, Scaled, Shared, Swelling, Wave, is_vectorised
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time, standard_scenario
+from continuair.typing import Model
 
 HEAVY = {"arm.disks": [{"position": 0.6, "mass": 0.1}], "uav.mount": [0.02, -0.01, -0.05]}
 
 
 @pytest.mark.parametrize("model", ca.MODELS)
-def test_without_a_load_the_bent_arm_is_held_still(model: str) -> None:
+def test_without_a_load_the_bent_arm_is_held_still(model: Model) -> None:
     vehicle = ca.load_vehicle("slender").replace(HEAVY)
     scenario = standard_scenario("force", vehicle, load=0.0, bend=0.7, periods=2.0)
     flight = ca.simulate(vehicle, scenario, model=model, method="RK4", step="auto")
@@ -48,7 +49,7 @@ def test_the_load_ratio_of_bend_and_tip_is_the_angle_it_holds() -> None:
 
 
 def test_the_load_of_a_moment_rocks_the_rigid_vehicle_about_the_origin_of_b() -> None:
-    """A free one turns about its centre of mass, and `paper`, as docs/howto/advise.md says, by 0.12."""
+    """A free one turns about its centre of mass: `paper` by 0.12, as advised_limits.md says."""
     vehicle = ca.load_vehicle("paper")
     rate = 0.5 * vehicle.arm.clamped_frequency
     moment: Any = standard_scenario("moment", vehicle, bend=0.0).moment
@@ -62,7 +63,7 @@ def test_the_load_of_a_moment_rocks_the_rigid_vehicle_about_the_origin_of_b() ->
 
 @pytest.mark.parametrize("number", [0.05, 0.5])
 def test_under_gravity_the_load_bends_a_hanging_arm_less(number: float) -> None:
-    """By 1 + 5/3 of the gravity number, as docs/howto/advise.md says, at rest and to first order."""
+    """By 1 + 5/3 of the gravity number, as advised_limits.md says, at rest and to first order."""
     length, per_length = 0.6, 0.15
     stiffness = 9.81 * per_length * length**3 / (20.0 * number)
     arm = {"length": length, "bending_stiffness": stiffness, "mass_per_length": per_length}
@@ -86,7 +87,7 @@ def test_every_excitation_flies_with_every_model() -> None:
     vehicle = ca.load_vehicle("paper")
     for name in EXCITATIONS:
         scenario = standard_scenario(name, vehicle)
-        models = ["decoupled", "independent"]
+        models: tuple[Model, ...] = ("decoupled", "independent")
         found = ca.run_pairs(vehicle, scenario, models, sample=sample_time(vehicle))
         assert (found["status"] == 0).all(), name
         assert (found["rmse_t_m"].isel(model=slice(1, None)) > 0.0).all(), name

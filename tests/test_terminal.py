@@ -62,7 +62,7 @@ def test_help_fits_a_terminal_and_ends_with_an_example_that_can_be_typed(name: s
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_the_page_of_the_commands_names_every_one_with_all_its_options(name: str) -> None:
-    lines = (ROOT / "docs" / "cli.md").read_text("utf-8").splitlines()
+    lines = (ROOT / "docs" / "reference" / "cli.md").read_text("utf-8").splitlines()
     rows = [line.split("|")[1:3] for line in lines if line.startswith("| `")]
     assert [row for row in rows if row[0].split()[0].strip("`") == name], f"{name} has no row"
     options = {name for option in COMMANDS[name].params for name in option.opts} - {"--help"}
@@ -78,7 +78,7 @@ def test_the_page_of_the_commands_names_every_one_with_all_its_options(name: str
 def test_the_page_of_the_commands_names_no_option_that_is_not_there() -> None:
     known = {name for command in [GROUP, *COMMANDS.values()] for each in command.params
              for name in each.opts}  # fmt: skip
-    text = (ROOT / "docs" / "cli.md").read_text("utf-8")
+    text = (ROOT / "docs" / "reference" / "cli.md").read_text("utf-8")
     assert set(re.findall(r"`(--[\w-]+)", text)) <= known | {"--help"}
 
 
@@ -182,7 +182,7 @@ def test_installing_completion_writes_what_the_page_says_and_nothing_else() -> N
     written = {str(path.relative_to(home)) for path in home.rglob("*") if path.is_file()}
     assert written == {".bashrc", ".bash_completions/continuair.sh"}
     assert (home / ".bashrc").read_text().startswith("mine=1\n")
-    page_of_commands = (ROOT / "docs" / "cli.md").read_text("utf-8")
+    page_of_commands = (ROOT / "docs" / "reference" / "cli.md").read_text("utf-8")
     assert all(f"`~/{name}`" in page_of_commands for name in written)
 
 

@@ -337,7 +337,7 @@ def test_gains_of_the_image_of_now_track_as_well_and_no_proof_is_said_to_hold(
 
 
 def test_studies_tell_of_the_damping_that_they_give_an_undamped_arm() -> None:
-    paper, told = ca.load_vehicle("paper"), "with a damping ratio of 0.03 of arm, which has none"
+    paper, told = ca.load_vehicle("paper"), "a damping ratio of 0.03 for arm"
     assert told in damping_notes(paper)[0]
     assert not damping_notes(paper.replace({"arm.damping_ratio": 1e-9}))
     two = ca.load_vehicle("two_section").replace({"arm.arm.section.0.damping": 0.0})

@@ -1,9 +1,9 @@
-"""The paper, claim by claim: a client of `continuair`.
+"""The paper's claims, tested one by one with `continuair`.
 
 Amiri, Sepahvand, Mantegh, Janabi-Sharifi: "Systematic Analysis of Coupling Effects on Closed-Loop
-and Open-Loop Performance in Aerial Continuum Manipulators", arXiv 2602.18684. Its open-loop tests,
-its tracking task, its sweeps of parameters and its table, its sentences and what judges them. Only
-public names of `continuair` are used here, and nothing of `continuair` imports this package.
+and Open-Loop Performance in Aerial Continuum Manipulators", arXiv 2602.18684. The package holds its
+open-loop tests, its tracking task, its parameter sweeps and its table, its sentences, and the
+functions that judge them. It uses only public names of `continuair`, which does not import it.
 """
 
 from continuair import lazy

@@ -1,9 +1,9 @@
-"""What one sample of control and dynamics costs with each model, and where the time goes."""
+"""Time of one sample of control and dynamics with each model, by part."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from continuair.progress import Progress, Steps
 from continuair.scenario import SETTINGS, damping_notes, equipped, task
 from continuair.studies import as_markdown, flight_alone, median_times, number
 from continuair.sweeps import machine
+from continuair.typing import Model
 from continuair.vehicle import check_one_section, is_paper
 
 PRINTED_MS = {"coupled": 32.0, "decoupled": 22.0}
@@ -37,18 +38,18 @@ def cost(
     *,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """Median time per sample [s] of each model, one thread: dynamics, camera, control, total.
+    """Return the median time per sample [s] of each model: dynamics, camera, control, total.
 
-    A sample is one RK4 step of 1 ms and one control instant, in roll-outs of 5 s that log nothing
-    between. dynamics flies with the weight carried, which the law needs too; camera adds the image
-    of the target; control adds the law. The flights alternate, so that noise of the machine hits
-    all alike. Raises InputError.
+    It is measured on one thread. A sample is one RK4 step of 1 ms and one control update, in runs
+    of 5 s that log nothing between. dynamics includes the compensation of the weight, which the law
+    needs too; camera adds the image of the target; control adds the law. The runs alternate, so
+    that noise of the machine affects all alike. Raises InputError.
     """
     check_one_section(vehicle)
     flown, plants = equipped(vehicle, SETTINGS["nominal"]), list(models)
     scenarios = _scenarios(flown, (gains or load_gains("paper")).controller(flown))
     flights = {
-        (model, part): _flight(flown, scenario, model)
+        (model, part): _flight(flown, scenario, cast(Model, model))
         for model in plants
         for part, scenario in scenarios.items()
     }
@@ -66,7 +67,7 @@ def cost(
 
 
 def _scenarios(vehicle: Vehicle, law: Controller) -> dict[str, Scenario]:
-    """What is flown to time the dynamics, those with the camera, and all together."""
+    """Return the scenarios of the dynamics, of those with the camera, and of all together."""
     letter = task(vehicle, ["M"], law, 50.0)
     # Straight and at rest every model stays in place with its weight carried, and in view.
     straight = np.where(np.arange(8) == 6, 0.0, letter.q)
@@ -80,7 +81,7 @@ def _scenarios(vehicle: Vehicle, law: Controller) -> dict[str, Scenario]:
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, the paper's vehicle beside what the paper prints."""
+    """Return the results in Markdown, those of the paper's vehicle beside the printed ones."""
     parts, printed = ("dynamics", "camera", "control", "total"), results["printed_ms"]
     cells = [
         [model, *(number(1e6 * entry[f"{part}_s"], 3) for part in parts)]
@@ -111,34 +112,34 @@ def as_table(results: dict[str, Any]) -> str:
 
 
 def ratio(models: dict[str, Any]) -> float | None:
-    """Time of the decoupled over the coupled model as measured; None without both."""
+    """Return the time of the decoupled over the coupled model as measured; None without both."""
     if not set(PLANTS) <= set(models):
         return None
     return float(models["decoupled"]["total_s"] / models["coupled"]["total_s"])
 
 
 def ratio_printed() -> float:
-    """Time of the decoupled over the coupled model that the paper prints."""
+    """Return the time of the decoupled over the coupled model that the paper prints."""
     return PRINTED_MS["decoupled"] / PRINTED_MS["coupled"]
 
 
-def _flight(vehicle: Vehicle, scenario: Scenario, model: str) -> Callable[[], None]:
+def _flight(vehicle: Vehicle, scenario: Scenario, model: Model) -> Callable[[], None]:
     alone = flight_alone(vehicle, scenario, model, step=PERIOD)
 
     def fly() -> None:
         status = alone()
         if status.any():
             raise InputError(
-                f"vehicle {shown(vehicle.name)} does not fly {DURATION:g} s of this task at steps "
-                f"of {1e3 * PERIOD:g} ms (the {model} model: {STATUS[status.max()]}), which "
-                "cannot be timed so; give a vehicle that these gains fly."
+                f"vehicle {shown(vehicle.name)} fails within {DURATION:g} s at steps of "
+                f"{1e3 * PERIOD:g} ms ({model} model: {STATUS[status.max()]}); give a vehicle "
+                "that these gains stabilise."
             )
 
     return fly
 
 
 def _split(model: str, times: dict[tuple[str, str], float]) -> dict[str, float]:
-    """Time per sample of each part [s], from the times of flights that have more and more parts."""
+    """Return the time per sample of each part [s], from times of runs with more and more parts."""
     samples = DURATION / PERIOD
     parts = ("dynamics", "camera", "total")
     dynamics, camera, total = (times[model, part] / samples for part in parts)

@@ -1,7 +1,7 @@
-"""Largest and least of what flights give: none where one of them gives none.
+"""Largest and least values of flights: NaN if any of them is NaN.
 
-Python's own pass over a NaN, or stop at it, by its place: of flights that ended early they would
-tell of the others alone.
+Python's own functions skip a NaN or stop at it, by its position. With flights that ended early they
+would describe the others alone.
 """
 
 from __future__ import annotations

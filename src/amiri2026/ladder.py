@@ -7,13 +7,16 @@ from typing import Any
 
 
 def climbed(good: Sequence[bool]) -> int:
-    """How many are good, from the first on."""
+    """Return how many are good before the first that is not."""
     return next((place for place, each in enumerate(good) if not each), len(good))
 
 
 def in_words(entry: dict[str, Any], all_well: str, beyond: str) -> str:
-    """How far an entry has "reached", and what is beyond it: all_well where nothing was tried,
-    else `beyond`, with its value "failed_at" in place of {}."""
+    """Return in words what an entry has "reached", and the next value beyond it.
+
+    all_well: where nothing beyond was tried; else `beyond`, with its value "failed_at" in place of
+    {}.
+    """
     unit = entry["unit"]
     reached = f"{entry['reached']:g}{unit}" if entry["reached"] else "none"
     if entry["failed_at"] is None:

@@ -1,4 +1,4 @@
-"""What studies say where Euler angles tell of no rotation."""
+"""Notes on studies in which Euler angles do not describe the rotation."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from continuair.studies import number
 
 
 def of_overstated_angles(named: Iterable[tuple[str, Mapping[str, Any]]]) -> list[str]:
-    """A sentence on the flights, by their metrics, whose NRMSE_R and RMSE_R overstate."""
+    """Return a sentence on the flights, by their metrics, whose NRMSE_R and RMSE_R overstate."""
     flights = list(named)
     found = {
         name: entry["rmse_r_rad"] / entry["angle_rad"]

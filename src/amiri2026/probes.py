@@ -1,4 +1,4 @@
-"""Laws that stop short of control, so that the cost of what they do can be told apart."""
+"""Laws that do only part of the control, to separate the costs of the parts."""
 
 from types import SimpleNamespace
 
@@ -8,7 +8,7 @@ from continuair.kernels import LawCode
 
 
 def carry(code: LawCode) -> SimpleNamespace:
-    """Carries the weight and sees nothing."""
+    """Return a law that compensates the weight and uses no image."""
     Sense = code.Sense
 
     @wp.struct
@@ -23,7 +23,7 @@ def carry(code: LawCode) -> SimpleNamespace:
 
 
 def look(code: LawCode) -> SimpleNamespace:
-    """Carries the weight and has the camera's image, which it does not use."""
+    """Return a law that compensates the weight and computes the image, without using it."""
     Sense, push, Bends, vec3 = code.Sense, code.push, code.Bends, code.vec3
 
     @wp.struct

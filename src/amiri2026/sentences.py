@@ -10,10 +10,10 @@ from importlib import resources
 
 @dataclass(frozen=True)
 class Sentence:
-    """A sentence of Amiri et al.: where it stands, a short quotation, and when it counts as right.
+    """A sentence of Amiri et al.: its place, a short quotation, and its criterion.
 
-    id: part of the paper and number of the sentence in it. claims, measure, criterion: in our
-    words what it says, what is measured, and when that reproduces it.
+    id: part of the paper and number of the sentence in it. claims, measure, criterion: in our words
+    its claim, the quantity measured, and when that reproduces it.
     """
 
     id: str

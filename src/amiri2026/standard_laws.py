@@ -12,7 +12,7 @@ LAWS = {
     "current": "the paper's law with gains made anew for the image of now",
     "classic": "classic servoing, v = λ L⁺ e, with an inner loop",
 }
-"""Law -> what it is."""
+"""Laws by name."""
 
 RATE, INNER = 1.5, 6.0
 """Rates of classic servoing and of its inner loop [1/s]."""
@@ -21,7 +21,7 @@ _PRESETS = {"constant": "paper", "current": "current"}
 
 
 def gains_for(gains: Gains) -> str:
-    """The law that gains are for."""
+    """Return the law that gains are for."""
     return "constant" if gains.constant else "current"
 
 
@@ -35,7 +35,7 @@ def check_gains(gains: Gains | None, laws: Collection[str]) -> None:
 
 
 def law_of(name: str, vehicle: Vehicle, gains: Gains | None) -> Controller:
-    """A law by its name, with given gains if they are for it, else with those of its preset."""
+    """Return a law by its name, with given gains if they are for it, else with its preset's."""
     if name == "classic":
         return classic(vehicle, RATE, INNER)
     if gains is None or gains_for(gains) != name:

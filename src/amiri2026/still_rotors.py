@@ -1,4 +1,4 @@
-"""What studies tell of rotors beside forces that act directly."""
+"""Notes on rotors at rest beside forces that act directly."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def of_still_rotors(results: dict[str, Any]) -> list[str]:
-    """A sentence where a study's vehicle has rotors, which the study leaves at rest."""
+    """Return a sentence where a study's vehicle has rotors, which the study leaves at rest."""
     if results["vehicle"]["uav"]["rotors"] is None:
         return []
     return ["Rotors stand still here: forces act on the UAV directly, as the paper's do."]

@@ -21,7 +21,7 @@ CLASSES = {
     UNTESTABLE: "cannot be tested here",
     UNDECIDED: "two views disagree",
 }
-"""Verdicts on sentences, and what they mean."""
+"""Verdicts on sentences, and their meanings."""
 
 _NAN = re.compile(r"\bnan\b")
 
@@ -30,11 +30,10 @@ _NAN = re.compile(r"\bnan\b")
 class Judgement:
     """A verdict, the finding in words, and its numbers by name.
 
-    verdict: of a view HOLDS, FAILS or UNDECIDED; of a sentence one of CLASSES.
-    numbers: the same on every machine to a few percent, so that a later run can be compared with
-    them; units are in their names. times: measured here and now.
-    correction: of a misprint, what would be right, with the residuals of both.
-    cases: of a sentence with several views, what was flown; note: what is said of all of them.
+    verdict: of a view HOLDS, FAILS or UNDECIDED; of a sentence one of CLASSES. numbers: the same on
+    every machine to a few percent, so that a later run can be compared with them; units are in
+    their names. times: measured on this machine. correction: of a misprint, the right form, with
+    the residuals of both. cases: views of a sentence; note: a remark on all of them.
     """
 
     verdict: str
@@ -48,7 +47,7 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Case:
-    """A view of a sentence: the vehicle by name, the reading in words, and what was found."""
+    """A view of a sentence: the vehicle by name, the reading in words, and the finding."""
 
     vehicle: str
     reading: str

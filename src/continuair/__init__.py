@@ -5,8 +5,8 @@
 
 from importlib import import_module
 
-# Without the module typing, which takes longer to load than all else here: until `__main__` is
-# loaded, Ctrl-C is Python's own.
+# Without the module typing, which takes longer to load than the rest of this file. Until `__main__`
+# is loaded, Python handles Ctrl-C.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -136,7 +136,7 @@ __all__ = sorted([*_HOME, *_MODULES])
 
 
 def __getattr__(name: str) -> "Any":
-    # Names load on first use: the import itself stays light and compiles nothing.
+    # Names load on first use: the import itself is fast and compiles nothing.
     if name in _MODULES:
         return import_module(f"continuair.{_MODULES[name]}")
     if name == "__version__":

@@ -1,7 +1,7 @@
-"""The `continuair` command from its first moment: Ctrl-C is one word while it loads, too."""
+"""Entry point of the `continuair` command, which handles Ctrl-C while it loads, too."""
 
-# The module signal wraps this one, and loads for as long as all that is here together: until the
-# handler is set, Ctrl-C is Python's own.
+# The module signal wraps this one, and takes as long to load as the rest of this file. Until the
+# handler is set, Python handles Ctrl-C.
 import _signal  # type: ignore[import-not-found]
 import io
 import os
@@ -18,20 +18,20 @@ def main() -> None:
 
     try:
         try:
-            app(prog_name="continuair")  # also by python -m, so that its completion is that one's
+            app(prog_name="continuair")  # also with python -m, for the same shell completion
         finally:
             sys.stdout.flush()
     except _OutputError as error:
         problem = f"standard output cannot be written ({os.strerror(error.errno or 0)})"
-        _end(f"{problem}; point it to another place.", _UNUSABLE)
+        _end(f"{problem}; redirect it elsewhere.", _UNUSABLE)
 
 
 class _OutputError(OSError):
-    """Standard output takes no more."""
+    """Standard output cannot be written."""
 
 
 class _Output(io.TextIOWrapper):
-    """Standard output whose errors can be told from those of other files."""
+    """Standard output whose errors are distinct from those of other files."""
 
     def write(self, text: str) -> int:
         try:
@@ -47,11 +47,11 @@ class _Output(io.TextIOWrapper):
 
 
 def _prepare_streams() -> None:
-    """Let the streams take all characters; end if there is nowhere to print results to."""
+    """Replace characters that streams cannot encode; exit if there is no standard output."""
     if sys.stderr is None:
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
     if sys.stdout is None:
-        _end("standard output is closed; point it to a file, or to /dev/null.", _UNUSABLE)
+        _end("standard output is closed; redirect it to a file, or to /dev/null.", _UNUSABLE)
     out, told = sys.stdout, sys.stderr
     assert isinstance(out, io.TextIOWrapper) and isinstance(told, io.TextIOWrapper)
     told.reconfigure(errors="replace")
@@ -60,7 +60,7 @@ def _prepare_streams() -> None:
 
 
 def _leave(*_: object) -> None:
-    # An exception could surface anywhere in an import, and be taken for that import's failure.
+    # An exception inside an import could be handled there as a failed import.
     _end("Interrupted.", _INTERRUPTED)
 
 

@@ -1,4 +1,4 @@
-"""Arguments of the library, validated once at the border: a sentence that names what to give."""
+"""Validation of arguments, once where they enter the library."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from itertools import chain
 from numbers import Integral, Real
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,16 @@ from continuair.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
 
+_Name = TypeVar("_Name", bound=str)
+
 _ASKED_AGAIN, _SAME = 5, 1e-9
-"""Times at which a function is asked once more, and by how much of its values these may differ."""
+"""Number of repeated evaluations of a function, and their largest relative difference."""
 
 _PLAIN_NUMBERS = {float, int, np.float64}
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Tell whether a value is one finite number; an array or a truth value is none."""
+    """Return whether a value is one finite number, not an array or a bool."""
     try:
         return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
     except OverflowError:  # a whole number beyond the largest float
@@ -31,17 +33,17 @@ def is_number(value: object) -> TypeGuard[float]:
 
 
 def is_whole(value: object) -> TypeGuard[int]:
-    """Tell whether a value is one whole number, of Python or NumPy; a truth value is none."""
+    """Return whether a value is one whole number, of Python or NumPy, not a bool."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def finite_array(value: object) -> Array | None:
-    """Return finite numbers as a new array, and None for anything else.
+    """Return finite numbers as a new array, or None for anything else.
 
-    Arrays of other libraries are taken where NumPy can read them: not on a device, traced by JAX,
-    or recorded by PyTorch for derivatives. A truth value among them, a masked entry and a quantity
-    with a unit are no numbers, though NumPy would take them for 1, for what the mask hides and for
-    SI; nor is what float64 cannot hold. Of labelled arrays runs come first.
+    Arrays of other libraries are accepted if NumPy can read them: not on a device, not traced by
+    JAX, and not recorded by PyTorch for derivatives. Booleans, masked entries, quantities with a
+    unit and numbers beyond float64 are rejected, although NumPy would convert the first three. In
+    labelled arrays the dimension of runs is moved to the front.
     """
     value = runs_first(value)
     try:
@@ -56,38 +58,35 @@ def finite_array(value: object) -> Array | None:
 
 
 def runs_first(value: Any) -> Any:
-    """Return an array of xarray with the dimension of runs first, where it has one; all else as it
-    is."""
+    """Return an array of xarray with its dimension of runs first, anything else unchanged."""
     return value.transpose("run", ...) if "run" in getattr(value, "dims", ())[1:] else value
 
 
 def frozen(array: Array) -> Array:
-    """Return an array that can no longer be changed: what is in it has been checked."""
+    """Return an array made read-only, since its values have been checked."""
     array.flags.writeable = False
     return array
 
 
 def asked_again(count: int) -> NDArray[np.intp]:
-    """Indices of some of so many times, from the last to the first, to ask a function for again."""
+    """Return indices of some of `count` times, in descending order, for repeated evaluation."""
     return np.unique(np.linspace(0, count - 1, _ASKED_AGAIN).astype(int))[::-1]
 
 
 def repeats(name: str, first: Array, again: Array) -> None:
-    """Raise InputError for values of a function that are others when it is asked once more."""
+    """Raise InputError if a repeated evaluation of a function gives other values."""
     if first.shape != again.shape or np.abs(again - first).max() > _SAME * np.abs(first).max():
         raise InputError(
-            f"{name} gives other values when it is asked for the same times again, as what keeps a "
-            "state or draws noise does; give a function of the time alone, such as np.interp over "
-            "values made beforehand, or step a Simulation."
+            f"{name} returns other values for the same times; give a function of time alone, such "
+            "as np.interp over precomputed values, or step a Simulation."
         )
 
 
 def means_numbers(value: object) -> bool:
-    """Tell whether no entry of what NumPy reads as numbers is a truth value, masked, or has a unit,
-    as quantities of astropy and Pint do."""
+    """Return whether no entry is a bool, masked, or a quantity with a unit (astropy, Pint)."""
     if isinstance(value, (list, tuple)):
         kinds = set(map(type, value))
-        # Long lists of what cannot fail are checked at once; bool is a type of its own.
+        # Lists of plain numbers are accepted at once; bool is a type of its own.
         if kinds <= _PLAIN_NUMBERS:
             return True
         if kinds <= {list, tuple}:
@@ -103,7 +102,7 @@ def means_numbers(value: object) -> bool:
 
 
 def has_unit(value: object) -> bool:
-    """Tell whether a value is a quantity, whose unit NumPy would drop; a text is but a note."""
+    """Return whether a value is a quantity, whose unit NumPy would drop; text is only a note."""
     units = (getattr(value, name, None) for name in ("unit", "units"))
     return any(unit is not None and not isinstance(unit, str) for unit in units)
 
@@ -116,9 +115,9 @@ def number(
     least: float = -math.inf,
     otherwise: str = "",
 ) -> float:
-    """Return a finite number above or of at least a bound.
+    """Return a finite number above a bound, or of at least another.
 
-    otherwise: what the message adds, such as the unit, or what else may be given.
+    otherwise: end of the message, such as the unit or an alternative.
     """
     if not is_number(value) or not (value > above and value >= least):
         bound = f" above {above:g}" if above > -math.inf else ""
@@ -133,7 +132,7 @@ def positive(name: str, value: Any, otherwise: str = "") -> float:
 
 
 def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
-    """Return a whole number of at least a bound, and at most another if there is one."""
+    """Return a whole number between bounds; the upper one is optional."""
     if not is_whole(value) or value < least or (most is not None and value > most):
         bound = f", {least} or more" if most is None else f" from {least} to {most:,}"
         raise InputError(f"{name} is {shown(value)}; give a whole number{bound}.")
@@ -141,7 +140,7 @@ def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
 
 
 def seed(value: Any, most: int | None = None) -> int | tuple[int, ...]:
-    """Return a seed of random numbers, 0 or more, or one per run."""
+    """Return a seed of random numbers, 0 or more, or one seed per run."""
     row = value.ndim == 1 if isinstance(value, np.ndarray) else isinstance(value, (list, tuple))
     if row and len(value):
         return tuple(whole("seed", each, 0, most) for each in value)
@@ -149,7 +148,7 @@ def seed(value: Any, most: int | None = None) -> int | tuple[int, ...]:
 
 
 def flag(name: str, value: Any) -> bool:
-    """Return a truth value, of Python or NumPy."""
+    """Return a bool, of Python or NumPy."""
     if not isinstance(value, (bool, np.bool_)):
         raise InputError(f"{name} is {shown(value)}; give True or False.")
     return bool(value)
@@ -163,18 +162,18 @@ def gravity(value: Any) -> float:
     return float(value)
 
 
-def choice(name: str, value: Any, valid: Iterable[str]) -> str:
-    """Return a name that must be one of the valid ones."""
+def choice(name: str, value: object, valid: Iterable[str]) -> str:
+    """Return one of the valid names."""
     valid = list(valid)
     if not isinstance(value, str) or value not in valid:
         raise InputError(f"{name} is {shown(value)}; {nearest(str(value), valid)}.")
     return value
 
 
-def choices(name: str, values: Any, valid: Iterable[str]) -> list[str]:
+def choices(name: str, values: Any, valid: Iterable[_Name]) -> list[_Name]:
     """Return one or more of the valid names, once each."""
     valid = list(valid)
-    given = [values] if isinstance(values, str) else list(values)
+    given: list[Any] = [values] if isinstance(values, str) else list(values)
     if not given:
         raise InputError(f"{name} is empty; name one or more of {', '.join(valid)}.")
     for value in given:
@@ -184,16 +183,18 @@ def choices(name: str, values: Any, valid: Iterable[str]) -> list[str]:
 
 
 def renamed(function: str, given: dict[str, Any], **names: str) -> None:
-    """Refuse arguments that a function does not have, those by their old names, old=new, in a
-    sentence; raises InputError or TypeError."""
+    """Raise InputError for arguments by an old name, and TypeError for unknown arguments.
+
+    names: old name -> new name.
+    """
     for name, value in given.items():
         if name in names:
-            raise InputError(f"{name} is {shown(value)}, but is called {names[name]} now.")
+            raise InputError(f"{name} is {shown(value)}, but is now called {names[name]}.")
         raise TypeError(f"{function}() got an unexpected keyword argument {name!r}")
 
 
 def installed(package: str, extra: str) -> None:
-    """Raise InputError, naming the extra that installs it, if a package is not installed."""
+    """Raise InputError, with the extra that installs it, if a package is not installed."""
     if find_spec(package) is None:
         raise InputError(
             f"{package} is not installed, but this needs it; "
@@ -202,7 +203,7 @@ def installed(package: str, extra: str) -> None:
 
 
 def row(name: str, value: Any, width: int) -> Array:
-    """Return `width` numbers, or one number for all of them, as an array (width,)."""
+    """Return an array (width,) from `width` numbers, or from one number for all."""
     found = finite_array(value)
     if found is None or found.shape not in ((), (width,)):
         numbers = "a finite number" if width == 1 else f"{width} finite numbers"
@@ -211,9 +212,9 @@ def row(name: str, value: Any, width: int) -> Array:
 
 
 def vector(name: str, value: Any, width: int, *, or_zero: bool = False) -> Array:
-    """Return `width` numbers as an array (width,); one number for all of them will not do.
+    """Return an array (width,) from `width` numbers.
 
-    or_zero: whether 0 may stand for zeros.
+    or_zero: whether a single 0 is accepted as zeros.
     """
     found = _zeros_of(value, width) if or_zero else finite_array(value)
     if found is None or found.shape != (width,):
@@ -223,7 +224,7 @@ def vector(name: str, value: Any, width: int, *, or_zero: bool = False) -> Array
 
 
 def rows(name: str, value: Any, width: int) -> Array:
-    """Return (n, width) numbers from n rows, one row, or 0 for a row of zeros."""
+    """Return an array (n, width) from n rows, one row, or 0 for a row of zeros."""
     found = _zeros_of(value, width)
     if (
         found is None
@@ -238,6 +239,6 @@ def rows(name: str, value: Any, width: int) -> Array:
 
 
 def _zeros_of(value: Any, width: int) -> Array | None:
-    """Return finite numbers as an array, a single 0 as zeros (width,), None for anything else."""
+    """Return finite numbers as an array, a single 0 as zeros (width,), else None."""
     found = finite_array(value)
     return np.zeros(width) if found is not None and found.ndim == 0 and found == 0.0 else found

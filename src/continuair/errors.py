@@ -1,4 +1,4 @@
-"""What a user is told when an input cannot be used."""
+"""Exceptions and warnings about inputs, and the format of their messages."""
 
 from __future__ import annotations
 
@@ -13,16 +13,22 @@ if TYPE_CHECKING:
     from pydantic.fields import FieldInfo
 
 INTERRUPTED = 130
-"""What shells report for a process ended by Ctrl-C."""
+"""Exit status of a process stopped by Ctrl-C, as in shells."""
 
 _LONGEST_VALUE = 80
 _MOST_SLIPS = 3
 
 
 class InputError(ValueError):
-    """An input of the user cannot be used; each sentence names the field, its value and the remedy.
+    """An invalid input.
 
-    `str(error)` holds one sentence per line; nearly always there is one.
+    Each sentence names the field, its value and the remedy. `str(error)` has one sentence per line,
+    in most cases one.
+
+    Parameters
+    ----------
+    *sentences : str
+        Sentences of the message.
     """
 
     def __init__(self, *sentences: str) -> None:
@@ -30,23 +36,34 @@ class InputError(ValueError):
         self.sentences = tuple(line for text in sentences for line in text.splitlines())
 
     def within(self, prefix: str) -> InputError:
-        """Return the same error, every sentence of it starting with `prefix`."""
+        """Return the same error with a prefix before each sentence.
+
+        Parameters
+        ----------
+        prefix : str
+            Path of the enclosing field, such as ``"arm."``.
+
+        Returns
+        -------
+        InputError
+            An error of the same class.
+        """
         return type(self)(*(prefix + sentence for sentence in self.sentences))
 
 
 class CannotHover(InputError):
-    """A vehicle is one that its rotors do not lift."""
+    """The maximum thrust of a vehicle is below its weight."""
 
 
 class ContinuairWarning(UserWarning):
-    """An input can be used, but may not be what its author meant."""
+    """An input is valid, but may not be what was intended."""
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Return the clause that tells which of the `valid` names was meant, or lists them all."""
+    """Return the clause that suggests the nearest of the `valid` names, or lists them all."""
     names = list(valid)
     known = ", ".join(names)
-    # Only the last of dotted names counts: the tables that lead to it would make any two alike.
+    # Compare the last part of dotted names only: common tables would make any two similar.
     most = min(len(name.rpartition(".")[2]) // 3, _MOST_SLIPS)
     alike = [other for other in names if other.count(".") == name.count(".")]
     slips = {other: _slips(name, other) for other in alike if abs(len(other) - len(name)) <= most}
@@ -56,7 +73,7 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 
 
 def _slips(name: str, other: str) -> int:
-    """Return how many letters added, left out, changed or swapped make one name of another."""
+    """Return the number of letters to insert, delete, change or swap between two names."""
     before, row = [0] * (len(other) + 1), list(range(len(other) + 1))
     for i, a in enumerate(name, 1):
         last, before, row = before, row, [i]
@@ -79,34 +96,35 @@ _PRINTER.maxother = _LONGEST_VALUE
 
 
 def shown(value: object) -> str:
-    """Return a value as a message prints it: on one line, and not too long.
+    """Return a value as text for a message: on one line, and shortened.
 
-    Arrays of NumPy are lists; those of other libraries tell their device, or that they are traced.
+    Arrays of NumPy are printed as lists; arrays of other libraries are printed with their device or
+    tracer.
     """
     foreign = hasattr(value, "__dlpack__") and type(value).__module__ != "numpy"
     if hasattr(value, "tolist") and not isinstance(value, type) and not foreign:
-        # A quantity of Pint has it, but not around one number.
+        # A scalar quantity of Pint has the method, but it fails.
         with suppress(AttributeError):
             value = value.tolist()
     return shortened(" ".join(_PRINTER.repr(value).split()), _LONGEST_VALUE)
 
 
 def shortened(text: str, longest: int) -> str:
-    """Return a text of at most that many characters, its end left out if need be."""
+    """Return a text, cut to at most `longest` characters."""
     return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
 @cache
 def named_fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Return a model's fields by the names that users give them, which attributes may not have."""
+    """Return a model's fields by their names in files, which may differ from attributes."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def input_error(model: type[BaseModel], error: ValidationError) -> InputError:
-    """Return pydantic's complaint about building a `model` as an InputError.
+    """Return an error of pydantic about a `model` as an InputError.
 
-    Sentences start with the field, so an enclosing model can put its own field in front. An
-    InputError that is the only complaint stays of its class.
+    Sentences start with the field, so that an enclosing model can prepend its own field. A single
+    InputError keeps its class.
     """
     items = error.errors()
     causes = [item.get("ctx", {}).get("error") for item in items]

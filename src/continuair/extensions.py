@@ -1,7 +1,7 @@
-"""What other packages add: commands and scenarios, found by their entry points.
+"""Commands and scenarios of other packages, found by their entry points.
 
-A package names them in its own pyproject.toml; `amiri2026`, which comes with this one, is the
-first.
+A package declares them in its own pyproject.toml, as `amiri2026` does, which is part of this
+distribution.
 
     [project.entry-points."continuair.commands"]
     amiri2026 = "amiri2026.commands:add_commands"
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def add_commands(app: typer.Typer) -> None:
-    """Add the commands of every package that is installed; one that fails is left out and told."""
+    """Add the commands of all installed packages; warn about one that fails."""
     for entry in sorted(entry_points(group="continuair.commands"), key=lambda each: each.name):
         try:
             entry.load()(app)
@@ -36,9 +36,9 @@ def add_commands(app: typer.Typer) -> None:
 
 
 def scenario(name: str) -> Callable[..., Any]:
-    """Return the function that a package provides for making scenarios of this name.
+    """Return the function of a package that makes scenarios of a name.
 
-    Raises InputError if none does.
+    Raises InputError if no package provides one.
     """
     found = entry_points(group="continuair.scenarios", name=name)
     if not found:
@@ -49,10 +49,10 @@ def scenario(name: str) -> Callable[..., Any]:
         return next(iter(found)).load()
     except Exception as error:
         raise InputError(
-            f"scenarios {shown(name)} cannot be loaded: {_why(error)}; install their package again."
+            f"scenarios {shown(name)} cannot be loaded: {_why(error)}; reinstall their package."
         ) from None
 
 
 def _why(error: BaseException) -> str:
-    """An error in one line."""
+    """Return an error as one line of text."""
     return " ".join(f"{type(error).__name__} {error}".split())

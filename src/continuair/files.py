@@ -1,4 +1,4 @@
-"""Files that a user names: paths, and TOML by a preset's name or by their path."""
+"""Files named by a user: paths, and TOML files by preset name or path."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _DEEPEST = 30
 DAMAGE = (
     OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError,
 )  # fmt: skip
-"""What comes of reading files that continuair has not written so."""
+"""Exceptions from reading files that are damaged or not written by continuair."""
 
 
 def user_path(name: str, path: str | os.PathLike[str]) -> Path:
-    """Return a path with ~ expanded; InputError, naming the argument, if none can be there.
+    """Return a path with ~ expanded; raise InputError, with the argument's name, if it is invalid.
 
-    So it is without such a home, below a working directory that is gone, and for names that are too
-    long or hold what names cannot. What merely is not there is not refused.
+    Invalid are a missing home or working directory, and names that are too long or contain invalid
+    characters. The file itself need not exist.
     """
     if not isinstance(path, (str, os.PathLike)):
         raise InputError(f"{name} is {shown(path)}, but must be a path; give one as text.")
@@ -36,8 +36,7 @@ def user_path(name: str, path: str | os.PathLike[str]) -> Path:
         found = Path(path).expanduser()
     except RuntimeError:
         raise InputError(
-            f"{name} is {printed(path)}, but that user has no home folder here; give the path in "
-            "full."
+            f"{name} is {printed(path)}, but that user has no home folder here; give the full path."
         ) from None
     try:
         here = found.absolute()
@@ -57,13 +56,13 @@ def user_path(name: str, path: str | os.PathLike[str]) -> Path:
 
 
 def check_regular(name: str, path: Path) -> None:
-    """Raise InputError for a device or a pipe, which may never end."""
+    """Raise InputError for a device or a pipe, which may be endless."""
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise InputError(f"{name} is {printed(path)}, a device or a pipe; save it as a file.")
 
 
 def new_file(name: str, path: str | os.PathLike[str]) -> Path:
-    """Return the path of a file that is to be written; InputError if it exists or cannot be."""
+    """Return the path of a new file; raise InputError if it exists or cannot be written."""
     found = user_path(name, path)
     if not os.fspath(path) or os.path.lexists(found):
         raise InputError(f"{name} is {printed(path)!r}, which is not a new file; name another.")
@@ -74,33 +73,33 @@ def new_file(name: str, path: str | os.PathLike[str]) -> Path:
 
 @contextmanager
 def writing(name: str, path: str | os.PathLike[str]) -> Iterator[None]:
-    """Raise InputError for what the system refuses while a file is written."""
+    """Convert OSError while a file is written into InputError."""
     try:
         yield
     except OSError as error:
         raise InputError(
             f"{name} is {printed(path)}, which cannot be written ({reason(error)}); name a "
-            "file in a folder that is there and yours."
+            "file in an existing folder of yours."
         ) from None
 
 
 def save(name: str, path: Path, content: str | bytes) -> None:
-    """Write a file that was not there, whole or not at all; raises InputError."""
+    """Write a new file, whole or not at all; raise InputError if that fails."""
     with writing(name, path):
         write_new(path, content)
 
 
 def check_can_be_made(path: Path) -> None:
-    """Raise OSError unless a file that is not there can be made, by making and removing it.
+    """Create and remove a new file; raise OSError if that fails.
 
-    Permissions alone do not tell: a file system may be read-only, or take no files at all.
+    Permissions alone are not sufficient: a file system may be read-only, or hold no files.
     """
     path.open("xb").close()
     path.unlink()
 
 
 def write_new(path: Path, content: str | bytes) -> None:
-    """Write a file that was not there, whole or not at all; raises OSError."""
+    """Write a new file, whole or not at all; raise OSError if that fails."""
     with path.open("xb") as stream:
         try:
             stream.write(content.encode() if isinstance(content, str) else content)
@@ -111,7 +110,7 @@ def write_new(path: Path, content: str | bytes) -> None:
 
 
 def replace(path: Path, text: str) -> None:
-    """Write a file in the place of what is there, which no link is followed to; raises OSError."""
+    """Replace a file, without following links; raise OSError if that fails."""
     new = path.with_name(f"{path.name}.{uuid.uuid4().hex}")
     write_new(new, text)
     try:
@@ -122,40 +121,40 @@ def replace(path: Path, text: str) -> None:
 
 
 def printed(path: str | os.PathLike[str]) -> str:
-    """Return a path as messages print it: on one line, and its middle left out if it is long."""
+    """Return a path as text for messages: on one line, without its middle if it is long."""
     text = os.fspath(path)
     text = text if text.isprintable() else shown(text)
     return text if len(text) <= _LONGEST_PATH else f"{text[:40]}...{text[-40:]}"
 
 
 def check_version(name: str, path: str | os.PathLike[str], made: str) -> None:
-    """Raise InputError for what a continuair to come has written."""
+    """Raise InputError for a file written by a newer version of continuair."""
     own = version("continuair")
     if _numbers(made) > _numbers(own):
         raise InputError(
-            f"{name} is {printed(path)}, which continuair {made} has written, and this is {own}; "
-            "update it."
+            f"{name} is {printed(path)}, written by continuair {made}, but this is {own}; "
+            "update continuair."
         )
 
 
 def _numbers(text: str) -> list[int]:
-    """The numbers of a version, which compare as versions do."""
+    """Return the numbers of a version, in an order that compares as versions."""
     return [int(part) for part in text.split(".") if part.isdecimal()]
 
 
 def reason(error: Exception) -> str:
-    """Return why the system refused a file, or what its content led to, in a few words."""
+    """Return the cause of an error with a file in a few words."""
     if not isinstance(error, (OSError, ValueError)):
         return repr(error)
     number = getattr(error, "errno", None)
-    # Libraries put their own story into `strerror`; only the number is to the point.
+    # Libraries add details of their own to `strerror`; use the number only.
     return os.strerror(number) if number else " ".join(str(error).split()) or "no reason given"
 
 
 def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
-    """Return the fields of a TOML file; InputError if there is none, or it cannot be read.
+    """Return the fields of a TOML file; raise InputError if it is missing or cannot be read.
 
-    otherwise: what a message adds that asks for another path.
+    otherwise: end of a message that suggests another path.
     """
     text = _text(path, otherwise)
     try:
@@ -182,14 +181,14 @@ def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
 
 
 def _table_and_list(text: str) -> str | None:
-    """Return the name of what a text declares both as a table and as a list of tables."""
+    """Return the name that a text declares both as a table and as a list of tables, or None."""
     lists = re.findall(r"^\s*\[\[\s*([^][]+?)\s*\]\]", text, re.MULTILINE)
     tables = re.findall(r"^\s*\[\s*([^][]+?)\s*\]", text, re.MULTILINE)
     return next((name for name in lists if name in tables), None)
 
 
 def _is_shallow(value: Any, levels: int) -> bool:
-    """Tell whether tables and lists are nested in at most so many levels."""
+    """Return whether tables and lists are nested in at most `levels` levels."""
     if not isinstance(value, (dict, list)):
         return True
     inside = value.values() if isinstance(value, dict) else value
@@ -217,7 +216,7 @@ def _text(path: Path, otherwise: str) -> str:
 
 @dataclass(frozen=True)
 class Presets:
-    """The TOML files of a folder of this package; kind: what they are called in messages."""
+    """TOML files of a folder of this package; kind: their name in messages."""
 
     kind: str
     folder: Path
@@ -227,7 +226,7 @@ class Presets:
         return tuple(sorted(path.stem for path in self.folder.glob("*.toml")))
 
     def read(self, name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
-        """Return what to call the file in messages, and its fields.
+        """Return the file's name for messages, and its fields.
 
         Raises InputError if there is no such preset or file, or it is not TOML.
         """

@@ -1,4 +1,4 @@
-"""What nothing changes once it is made, as it has been checked."""
+"""Base classes of objects that do not change after their validation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from continuair.errors import InputError
 
 
 class Immutable:
-    """Its copies are itself: NumPy would make copies of its arrays that could be edited."""
+    """Object whose copies are the object itself: copies of its arrays would be writeable."""
 
     def __copy__(self) -> Self:
         return self
@@ -18,12 +18,11 @@ class Immutable:
 
 
 class FixedDict(dict[str, Any]):
-    """A dictionary that nothing can be put into or taken from: InputError instead."""
+    """Dictionary whose modification raises InputError."""
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise InputError(
-            f"{', '.join(self)} cannot be changed here, where nothing would check or record it; "
-            "make what holds them anew."
+            f"{', '.join(self)} cannot be changed in place; build a new object with other values."
         )
 
     __setitem__ = __delitem__ = __ior__ = _refuse

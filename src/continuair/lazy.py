@@ -1,4 +1,4 @@
-"""Names of a package that load on first use: importing the package itself stays light."""
+"""Names of a package that load on first use, which keeps the import of the package fast."""
 
 from collections.abc import Callable, Iterable
 from importlib import import_module
@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 def names(
     package: str, homes: "dict[str, Iterable[str]]"
 ) -> "tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]":
-    """Return `__getattr__`, `__dir__` and `__all__` of a package whose names its modules define.
+    """Return `__getattr__`, `__dir__` and `__all__` of a package.
 
-    homes: the names of each module, by the module's name within the package.
+    homes: module within the package -> public names that it defines.
     """
     home = {name: module for module, defined in homes.items() for name in defined}
 

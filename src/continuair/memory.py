@@ -1,4 +1,4 @@
-"""Memory that work needs, compared with what there is before it begins."""
+"""Comparison of the memory that results need with the free memory."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ _CGROUP = Path("/sys/fs/cgroup")
 
 
 def free_memory() -> float:
-    """Bytes that this process can still have, by the system and by its control group; inf where
-    neither says."""
+    """Return the bytes free for this process by system and control group, inf if unknown."""
     found = [float("inf")]
     try:
         lines = Path("/proc/meminfo").read_text("ascii").splitlines()
@@ -26,7 +25,7 @@ def free_memory() -> float:
 
 
 def check_memory(needed: Mapping[str, float]) -> None:
-    """Raise InputError where results do not fit into memory; needed: bytes by variable."""
+    """Raise InputError if results do not fit into memory; needed: bytes by variable."""
     total, free = sum(needed.values()), free_memory()
     if total > free:
         largest = max(needed, key=lambda name: needed[name])

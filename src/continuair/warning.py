@@ -1,7 +1,7 @@
-"""Warnings of the package, which a caller may leave untold, or collect, in its own thread alone.
+"""Warnings of the package, which a caller can suppress or collect within its own thread.
 
-Python's filters of warnings are those of the whole process: threads that change them side by side,
-each to put them back, may leave them changed for good.
+Python's warning filters are global to the process. Threads that change and restore them
+concurrently may leave them changed.
 """
 
 from __future__ import annotations
@@ -15,26 +15,25 @@ from contextvars import ContextVar
 from continuair.errors import ContinuairWarning
 
 _takers: ContextVar[tuple[Callable[[str], bool], ...]] = ContextVar("takers", default=())
-"""Who takes a warning before it is told, the last one first."""
+"""Handlers of warnings, of which the last takes precedence."""
 
 
 def warn(text: str, stacklevel: int) -> None:
-    """Tell a ContinuairWarning of a caller so many levels up, unless somebody takes it."""
+    """Issue a ContinuairWarning for a caller `stacklevel` levels up, unless handled."""
     if not any(takes(text) for takes in reversed(_takers.get())):
         warnings.warn(text, ContinuairWarning, stacklevel=stacklevel + 1)
 
 
 @contextmanager
 def untold(*texts: str) -> Iterator[None]:
-    """No warnings that begin like one of these patterns, or none at all: for what tells another
-    way."""
+    """Suppress warnings that match one of the patterns at their start, or all warnings."""
     with _taken_by(lambda text: not texts or any(re.match(each, text) for each in texts)):
         yield
 
 
 @contextmanager
 def collected() -> Iterator[list[str]]:
-    """The texts of the warnings, which are not told."""
+    """Collect the texts of warnings in place of issuing them."""
     found: list[str] = []
 
     def takes(text: str) -> bool:

@@ -92,5 +92,5 @@ def test_a_run_with_a_seed_of_its_own_has_the_same_noise_in_any_batch() -> None:
     batch = commands(starts, seeds)
     for run, seed in enumerate(seeds):
         np.testing.assert_array_equal(commands(starts[run : run + 1], [seed])[0], batch[run])
-    with pytest.raises(ca.InputError, match="scenario.seed holds 2 runs"):
+    with pytest.raises(ca.InputError, match="scenario.seed has 2 runs"):
         commands(starts, seeds[:2])

@@ -106,7 +106,7 @@ def test_a_flight_controller_feeds_forward_the_arm_that_it_believes_in() -> None
 
 
 @pytest.mark.parametrize("feedforward", ["none", "weight", "reaction"])
-def test_a_flight_controller_believes_in_the_mass_that_it_was_made_for(feedforward: str) -> None:
+def test_a_flight_controller_believes_in_the_mass_that_it_was_made_for(feedforward: Any) -> None:
     """Without an integral, too much of a weight lifts by Δm g / (m k_p k_v)."""
     vehicle = ca.load_vehicle("slender").replace({"arm.damping_ratio": 0.1})
     heavy = vehicle.replace({"uav.mass": 1.2 * vehicle.uav.mass})
@@ -132,18 +132,18 @@ def test_what_cannot_be_believed_in_is_refused() -> None:
     law = load_gains("paper").controller(VEHICLE)
     with pytest.raises(ca.InputError, match="vehicle is 'paper'; load one"):
         law.believing("paper")  # type: ignore[arg-type]
-    with pytest.raises(ca.InputError, match="other arms, sections, tips, mounts or terms"):
+    with pytest.raises(ca.InputError, match="arms, sections, tips"):
         other = law.believing(ca.load_vehicle("two_section"))
         ca.simulate(VEHICLE, scenario(other, duration=0.01), sample=0.01)
-    with pytest.raises(ca.InputError, match="believe in different vehicles"):
+    with pytest.raises(ca.InputError, match="different nominal models"):
         ca.stack([law, law.believing(VEHICLE)])
-    with pytest.raises(ca.InputError, match="q holds 2 runs, but the batch has 3"):
+    with pytest.raises(ca.InputError, match="q has 2 runs, but the batch has 3"):
         batch = VEHICLE.replace({"uav.mass": np.array([1.0, 2.0, 3.0])})
         start = scenario(
             law.believing(batch), duration=0.01, q=np.tile([0, 0, 3, 0, 0, 0, 0, 0], (2, 1))
         )
         ca.simulate(VEHICLE, start, sample=0.01)
-    with pytest.raises(ca.InputError, match="a law that does not know its vehicle"):
+    with pytest.raises(ca.InputError, match="nominal model"):
         ca.lyapunov(VEHICLE, scenario(law.believing(VEHICLE)))
 
 
@@ -168,5 +168,5 @@ def test_rotors_and_drag_that_no_law_computes_with_are_those_that_fly(
     )
     law = ca.flight_controller(vehicle).believing(vehicle.replace(other))
     start = ca.Scenario("hover", [0.1, 0, 0, 0, 0, 0, 0.1, 0], duration=0.02, controller=law)
-    with pytest.raises(ca.InputError, match="uav.* is not that of 'paper' that flies"):
+    with pytest.raises(ca.InputError, match="uav.* differs from that of 'paper'"):
         ca.simulate(vehicle, start)

@@ -1,12 +1,13 @@
 """Visual servoing before a still target: every model, precision and way of acting arrives."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.typing import Model
 from tests.closed_loop import flights
 
 pytestmark = pytest.mark.targets
@@ -19,7 +20,7 @@ def largest_error(run: xr.Dataset) -> float:
 
 
 @pytest.mark.parametrize("model", ca.MODELS)
-def test_the_papers_law_reaches_the_desired_image_on_every_plant(model: str) -> None:
+def test_the_papers_law_reaches_the_desired_image_on_every_plant(model: Model) -> None:
     # Straight, so that what `independent` freezes of the arm is what it is in the end.
     scenario = flights.scenario(flights.designed(), duration=6.0, q=flights.start(kappa=0.0))
     run = ca.simulate(flights.VEHICLE, scenario, model=model)
@@ -125,7 +126,7 @@ def test_the_automatic_step_of_a_law_at_every_stage_resolves_the_loop_too() -> N
     soft = flights.VEHICLE.replace({"arm.youngs_modulus": 2e9})
     scenario = flights.scenario(flights.designed(8.0), 0.2, control_period=None)
 
-    def image(step: float | str) -> np.ndarray:
+    def image(step: float | Literal["auto"]) -> np.ndarray:
         run = ca.simulate(soft, scenario, method="RK4", step=step, sample=0.01)
         assert run.status == 0
         return run.features.to_numpy()

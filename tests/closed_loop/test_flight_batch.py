@@ -1,6 +1,6 @@
 """A batch of controlled flights is the single flights, for every model, shape and precision."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ import xarray as xr
 
 import continuair as ca
 from continuair.engine import engine as engines
+from continuair.typing import Model
 
 NAMES = ("position", "attitude", "bend", "command")
 NOISE = {"position": 0.01, "velocity": 0.02, "attitude": 0.003, "gyro": 0.02}
@@ -40,7 +41,11 @@ def scenario(vehicle: ca.Vehicle, chosen: list[int], **choices: Any) -> ca.Scena
 
 
 def flown(
-    vehicle: ca.Vehicle, chosen: list[int], model: str, dtype: str, **ways: Any
+    vehicle: ca.Vehicle,
+    chosen: list[int],
+    model: Model,
+    dtype: Literal["float64", "float32"],
+    **ways: Any,
 ) -> xr.Dataset:
     return ca.simulate(
         vehicle, scenario(vehicle, chosen, **ways), model=model, dtype=dtype, sample=0.01,
@@ -65,7 +70,11 @@ OTHERS = [
     [*CASES, *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHERS)],
 )
 def test_a_controlled_run_is_the_same_in_any_batch_and_alone(
-    vehicle: str, model: str, dtype: str, feedforward: str, monkeypatch: pytest.MonkeyPatch
+    vehicle: str,
+    model: Model,
+    dtype: Literal["float64", "float32"],
+    feedforward: str,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     one = ca.load_vehicle(vehicle)
     batch = flown(one, list(range(RUNS)), model, dtype, feedforward=feedforward)

@@ -109,7 +109,7 @@ def turned(run: xr.Dataset) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("share", "feedforward"), [(0.0, "none"), (0.2, "weight")])
-def test_the_integral_removes_what_a_steady_force_leaves(share: float, feedforward: str) -> None:
+def test_the_integral_removes_what_a_steady_force_leaves(share: float, feedforward: Any) -> None:
     """Without it F / (m ω²) is left of a force F, as the loop's stiffness is ω² m."""
     law = ca.flight_controller(
         RIGID, position_bandwidth=2.0, integral_share=share, feedforward=feedforward
@@ -173,7 +173,7 @@ def test_thrust_is_along_the_body_and_turns_with_it_between_the_law_s_instants()
     ("vehicle", "feedforward"), [(PAPER, "weight"), (PAPER, "reaction"), (ROTORS, "weight")]
 )
 def test_the_preset_is_held_within_a_centimetre_and_a_degree_while_its_arm_swings(
-    vehicle: ca.Vehicle, feedforward: str
+    vehicle: ca.Vehicle, feedforward: Any
 ) -> None:
     """By half a radian at 0.25 Hz: the arm's recoil alone moves the base by 20 mm. With rotors that
     lag by 40 ms, too."""

@@ -206,7 +206,7 @@ def test_holds_with_and_without_limits_are_told_apart_where_they_cannot_be_stack
 
 @pytest.mark.parametrize("bend", [[9.0, 0.0], [-4.6, 4.6]])
 def test_a_bend_beyond_a_full_circle_is_refused_in_the_words_of_trim(bend: list[float]) -> None:
-    with pytest.raises(ca.InputError, match="give a bend of at most .* a full circle") as held:
+    with pytest.raises(ca.InputError, match="give at most .* a full circle") as held:
         ca.hold(flights.VEHICLE, POSITION, bend=bend)
     with pytest.raises(ca.InputError) as trimmed:
         ca.trim(flights.VEHICLE, bend=bend)

@@ -90,5 +90,5 @@ def test_what_cannot_be_is_refused() -> None:
         ca.InputError, match="controllers have integral 0.5 and 0; give all of them"
     ):
         ca.stack([law("paper"), law("paper", 0.0)])
-    with pytest.raises(ca.InputError, match="integral 0.5, of which no Lyapunov function"):
+    with pytest.raises(ca.InputError, match="integral 0.5, which the Lyapunov"):
         lyapunov(flights.VEHICLE, flights.scenario(law("paper"), 0.1))

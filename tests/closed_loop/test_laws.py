@@ -116,7 +116,7 @@ def test_classic_servoing_is_a_twist_by_the_pseudo_inverse_and_a_loop_around_it(
 @pytest.mark.parametrize("damping", ["camera", "feature"])
 @pytest.mark.parametrize("cap", [(0.05, 0.03), (50.0, 50.0)])
 def test_current_gains_are_equations_15_and_16_with_gains_of_the_image_of_now(
-    damping: str, cap: tuple[float, float]
+    damping: Any, cap: tuple[float, float]
 ) -> None:
     ω, ζ, μ, share, Cs, σ = 3.0, 0.8, 0.02, 0.01, 0.3, 0.05
     gains = ca.design(

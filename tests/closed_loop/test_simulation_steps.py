@@ -9,6 +9,7 @@ import pytest
 
 import continuair as ca
 from amiri2026 import open_loop_test
+from continuair.typing import Model
 from tests.closed_loop import flights
 from tests.test_errors import assert_one_plain_sentence
 
@@ -38,7 +39,7 @@ def held(t: float) -> Any:
 
 @pytest.mark.filterwarnings("ignore:step")
 @pytest.mark.parametrize("model", ca.MODELS)
-def test_held_inputs_give_the_same_flight_to_rounding(model: str) -> None:
+def test_held_inputs_give_the_same_flight_to_rounding(model: Model) -> None:
     jumping = scenario(jumps=(*INSTANTS.tolist(), 0.0511))
     sim = ca.Simulation(VEHICLE, jumping, model=model, control_period=PERIOD)
     for tau in HELD:
@@ -167,7 +168,7 @@ def test_a_flight_that_bends_too_far_ends_and_keeps_what_was_recorded() -> None:
     assert run.status == 2
     assert sim.time <= float(run.end_time) <= sim.time + 0.01
     assert np.isfinite(run.bend).all() and len(run.time) == round(sim.time / 0.01) + 1
-    with pytest.raises(ca.InputError, match="the flight ended at .* start a new Simulation"):
+    with pytest.raises(ca.InputError, match="the flight stopped at .* start a new Simulation"):
         sim.step(np.zeros(8))
 
 
@@ -238,32 +239,32 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "wind": (
         lambda: simulation().step(wind=[1, 0, 0]),
         "wind is [1, 0, 0]",
-        "no [uav.drag]; leave it out",
+        "no [uav.drag]; omit it",
     ),
     "rotors": (
         lambda: simulation().step(rotor_command=[1]),
         "rotor_command is [1]",
-        "no [uav.rotors]; leave it out",
+        "no [uav.rotors]; omit it",
     ),
     "no target": (lambda: simulation().observe(), "target of the scenario is None", "give one"),
     "controller": (
         lambda: simulation(scenario=flights.scenario(flights.designed())),
         "controller of the scenario is DPD-SM-IBVS",
-        "leave the controller out",
+        "remove it",
     ),
     "vehicles": (
         lambda: simulation(vehicle=VEHICLE.replace({"uav.mass": [2.0, 2.1]})),
-        "vehicle and scenario hold 2 runs",
+        "vehicle and scenario have 2 runs",
         "give one run",
     ),
     "starts": (
         lambda: simulation(scenario=scenario(q=[scenario().q, scenario().q])),
-        "vehicle and scenario hold 2 runs",
+        "vehicle and scenario have 2 runs",
         "give one run",
     ),
     "functions": (
         lambda: simulation(scenario=scenario(force=lambda t: [[1.0, 0.0, 0.0], [0.0, t, 0.0]])),
-        "vehicle and scenario hold 2 runs",
+        "vehicle and scenario have 2 runs",
         "give one run",
     ),
     "winds": (
@@ -271,7 +272,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
             vehicle=VEHICLE.replace({"uav.drag": {"linear": [0.1, 0.1, 0.1]}}),
             scenario=scenario(wind=ca.dryden(5.0, 10.0, 5.0, seed=[1, 2, 3])),
         ),
-        "vehicle and scenario hold 3 runs",
+        "vehicle and scenario have 3 runs",
         "give one run",
     ),
 }

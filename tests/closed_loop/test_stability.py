@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.typing import Model
 from tests.closed_loop import flights
 
 SIGMA = 0.02
@@ -32,12 +33,12 @@ GAINS: dict[str, dict[str, Any]] = {
 }
 
 
-def still(gains: dict[str, Any], compensation: str, duration: float) -> ca.Scenario:
+def still(gains: dict[str, Any], compensation: Any, duration: float) -> ca.Scenario:
     controller = ca.servoing(**gains, sigma=SIGMA, compensation=compensation)
     return flights.scenario(controller, duration, control_period=None)
 
 
-def flight(scenario: ca.Scenario, model: str, step: float) -> xr.Dataset:
+def flight(scenario: ca.Scenario, model: Model, step: float) -> xr.Dataset:
     run = ca.simulate(flights.VEHICLE, scenario, model=model, method="RK4", step=step, sample=step)
     assert run.status == 0
     return run
@@ -61,7 +62,7 @@ def sound_v(run: xr.Dataset, gains: dict[str, Any], elastic: bool) -> np.ndarray
 @pytest.mark.parametrize("compensation", ["gravity_only", "literal"])
 @pytest.mark.parametrize("kind", GAINS)
 def test_the_sound_v_of_a_still_target_never_rises(
-    kind: str, compensation: str, model: str
+    kind: str, compensation: str, model: Model
 ) -> None:
     gains = GAINS[kind]
     scenario = still(gains, compensation, duration=2.0)
@@ -77,7 +78,7 @@ def test_the_sound_v_of_a_still_target_never_rises(
 
 
 @pytest.mark.parametrize("model", ca.MODELS)
-def test_energy_grows_by_the_power_of_the_push_less_damping(model: str) -> None:
+def test_energy_grows_by_the_power_of_the_push_less_damping(model: Model) -> None:
     h = 2.5e-5
     run = flight(still(GAINS["scalars"], "literal", duration=0.2), model, step=h)
     command = run.command.to_numpy()

@@ -1,5 +1,6 @@
 """The documentation builds without a warning, gallery and all, and needs nothing from outside."""
 
+import json
 import os
 import re
 import shutil
@@ -69,9 +70,9 @@ def test_a_page_loads_nothing_from_outside(pages: Path) -> None:
 
 
 def test_formulas_are_drawn_by_the_browser(pages: Path) -> None:
-    text = (pages / "physics.html").read_text(encoding="utf-8")
-    assert text.count("<math ") > 100
-    assert "\\kappa" not in text
+    texts = [page.read_text(encoding="utf-8") for page in (pages / "explanation").glob("*.html")]
+    assert sum(text.count("<math ") for text in texts) > 100
+    assert not any("\\kappa" in text for text in texts)
 
 
 def test_every_public_name_has_an_entry_that_can_be_linked_to(pages: Path) -> None:
@@ -90,6 +91,31 @@ def test_an_example_of_the_gallery_drew_its_figure_and_warned_of_nothing(
     assert f"sphx_glr_{name}_001.png" in text
     assert "Warning" not in text.replace("ContinuairWarning", "")
     assert str(ROOT) not in text
+
+
+@pytest.mark.parametrize(
+    ("word", "page"),
+    [
+        ("aerodynamic", "explanation/not_modelled"),
+        ("contact", "explanation/not_modelled"),
+        ("GPU", "howto/gpu"),
+        ("units", "explanation/conventions"),
+    ],
+)
+def test_the_index_of_the_search_leads_from_a_word_to_its_page(
+    pages: Path, word: str, page: str
+) -> None:
+    from sphinx.search.en import SearchEnglish
+
+    text = (pages / "searchindex.js").read_text(encoding="utf-8")
+    index = json.loads(text.removeprefix("Search.setIndex(").rstrip(";\n").removesuffix(")"))
+    stem = SearchEnglish({}).stem(word.lower())
+    found: set[str] = set()
+    for part in ("terms", "titleterms"):  # of the text and of headings
+        numbers = index[part].get(stem, [])
+        for number in numbers if isinstance(numbers, list) else [numbers]:
+            found.add(index["docnames"][number])
+    assert page in found
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")

@@ -1,4 +1,4 @@
-"""The tables of docs/vehicles.md hold every field of a vehicle file and of a scenario."""
+"""Tables of docs/reference/ hold every field of a vehicle file and of a scenario."""
 
 import ast
 import dataclasses
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpydoc.docscrape import NumpyDocString
 
 import continuair as ca
 from continuair.vehicle.arms import ArmChain
@@ -20,7 +21,8 @@ from continuair.vehicle.rotors import Drag, Rotor, Rotors
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 
-PAGE = Path(__file__).parents[2] / "docs" / "vehicles.md"
+REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
+PAGES = [REFERENCE / "vehicle_file.md", REFERENCE / "scenario.md"]
 HEAD = "| field | unit | default | meaning |\n"
 TIP = next(kind for kind in kinds(ArmChain, "tip") if kind)
 VEHICLE: list[dict[type[Part], str]] = [
@@ -36,9 +38,10 @@ Field = tuple[str, Any, str]
 
 
 def tables() -> list[dict[str, tuple[str, str]]]:
-    """Every table of fields of the page: name -> unit and default."""
+    """Every table of fields of the pages: name -> unit and default."""
     found = []
-    for text in PAGE.read_text(encoding="utf-8").split(HEAD)[1:]:
+    text_of_pages = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    for text in text_of_pages.split(HEAD)[1:]:
         rows: dict[str, tuple[str, str]] = {}
         for line in text.split("\n\n")[0].splitlines()[1:]:
             first, unit, default, _ = (cell.strip() for cell in line.strip("|").split("|", 3))
@@ -59,14 +62,8 @@ def fields_of(part: type[Part], written: str) -> Iterator[Field]:
 
 
 def fields_of_scenario() -> Iterator[Field]:
-    tree = ast.parse(inspect.getsource(ca.Scenario)).body[0]
-    assert isinstance(tree, ast.ClassDef)
-    told = {
-        one.target.id: ast.literal_eval(other.value)
-        for one, other in zip(tree.body, tree.body[1:], strict=False)
-        if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name)
-        if isinstance(other, ast.Expr)
-    }
+    parameters = NumpyDocString(inspect.getdoc(ca.Scenario) or "")["Parameters"]
+    told = {each.name: " ".join(each.desc) for each in parameters}
     for field in dataclasses.fields(ca.Scenario):
         missing = field.default is dataclasses.MISSING
         yield field.name, REQUIRED if missing else field.default, told[field.name]

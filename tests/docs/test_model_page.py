@@ -1,4 +1,4 @@
-"""The table of docs/model.md leads from every equation of the paper to what cites it."""
+"""The table of docs/explanation/model.md leads from every equation to what cites it."""
 
 import inspect
 import pkgutil
@@ -16,7 +16,7 @@ ROWS = [
     (row[1], name)
     for row in re.finditer(
         r"^\| (Eq\. \(\d+\)|Appendix [AB]) \|.*\| (.+) \|$",
-        (ROOT / "docs" / "model.md").read_text(encoding="utf-8"),
+        (ROOT / "docs" / "explanation" / "model.md").read_text(encoding="utf-8"),
         re.MULTILINE,
     )
     for name in re.findall(r"`([^`]+)`", row[2])

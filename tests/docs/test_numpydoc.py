@@ -1,12 +1,15 @@
-"""Public docstrings have numpydoc's sections, as numpydoc's own validation finds them."""
+"""Public docstrings pass numpydoc's validation, and public signatures name their types."""
 
 import importlib
 import inspect
 import pkgutil
+import re
 from collections.abc import Iterator
+from typing import Any, get_args, get_origin
 
 import pytest
-from numpydoc.validate import validate
+from numpydoc.validate import Validator, validate
+from pydantic import BaseModel
 
 import continuair
 
@@ -57,3 +60,36 @@ def test_a_public_docstring_is_valid_numpydoc(name: str) -> None:
         if code[:2] in CHECKED and code not in LEFT_OUT
     ]
     assert not faults
+
+
+def names_any(annotation: object) -> bool:
+    """Return whether an annotation, as text or as a type, contains `Any`."""
+    if isinstance(annotation, str):
+        return re.search(r"\bAny\b", annotation) is not None
+    if isinstance(annotation, list):
+        return any(map(names_any, annotation))
+    origin = get_origin(annotation)
+    # NumPy's own types of arrays leave open what shapes they have.
+    if getattr(origin, "__module__", "").partition(".")[0] == "numpy":
+        return False
+    return annotation is Any or any(map(names_any, get_args(annotation)))
+
+
+def annotations_of(value: Any) -> dict[str, object]:
+    """Return the annotations of a function, a property, or what makes an instance of a class."""
+    if isinstance(value, property):
+        value = value.fget
+    if isinstance(value, type) and issubclass(value, BaseModel):
+        return {name: field.annotation for name, field in value.model_fields.items()}
+    signature = inspect.signature(value)
+    found = {name: each.annotation for name, each in signature.parameters.items()}
+    return found | {"return": signature.return_annotation}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_public_signatures_name_their_types(name: str) -> None:
+    value = Validator._load_obj(name)
+    if isinstance(value, type) and issubclass(value, Warning):
+        return  # made by Python, which has no signature for it
+    annotations = annotations_of(value)
+    assert [each for each, annotation in annotations.items() if names_any(annotation)] == []

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair import equations as eq
-from continuair.equations.turns import euler_angles
+from continuair.equations.turns import TipFrame, euler_angles
 from tests.equations.samples import FURNISHED, PLAIN, slope, states, vector_of
 
 ARC_LENGTHS = np.array([0.0, 0.25, 0.7, 1.0])
@@ -24,7 +24,7 @@ def test_linear_jacobian_is_the_slope_of_position() -> None:
 
 
 @pytest.mark.parametrize("frame", ["untwisted", "frenet"])
-def test_angular_jacobian_is_the_spin_of_the_section(frame: str) -> None:
+def test_angular_jacobian_is_the_spin_of_the_section(frame: TipFrame) -> None:
     for q, _ in states(10, seed=2):
         turned = eq.rotation(q) @ eq.section_rotation(FURNISHED, q, 0.7, frame)
         rate = slope(lambda x: eq.rotation(x) @ eq.section_rotation(FURNISHED, x, 0.7, frame), q)
@@ -51,7 +51,7 @@ def test_euler_rate_matrix_is_the_spin_of_the_body_and_its_inverse_is_not() -> N
 
 
 @pytest.mark.parametrize("frame", ["untwisted", "frenet"])
-def test_section_frames_are_rotations_whose_z_axis_is_the_tangent(frame: str) -> None:
+def test_section_frames_are_rotations_whose_z_axis_is_the_tangent(frame: TipFrame) -> None:
     q, _ = states(1, seed=5)[0]
     frames = eq.section_rotation(FURNISHED, q, ARC_LENGTHS, frame)
     unit = np.einsum("nij,nkj->nik", frames, frames)
@@ -68,7 +68,8 @@ def test_untwisted_frame_does_not_turn_with_the_direction_of_a_vanishing_bend() 
     here, there = np.zeros(8), np.zeros(8)
     here[6] = there[6] = 1e-9
     there[7] = 1.0
-    for frame, angle in (("untwisted", 0.0), ("frenet", 1.0)):
+    frames: list[tuple[TipFrame, float]] = [("untwisted", 0.0), ("frenet", 1.0)]
+    for frame, angle in frames:
         a, b = (eq.section_rotation(straight, q, 1.0, frame) for q in (here, there))
         turned = np.arccos((np.trace(a.T @ b) - 1) / 2)
         assert turned == pytest.approx(angle, abs=1e-7)  # arccos near 1 keeps half the digits
@@ -149,7 +150,7 @@ def test_remark_1_leaves_the_bend_alone_above_the_threshold_or_without_one() -> 
 
 def test_an_unknown_frame_is_named() -> None:
     with pytest.raises(ca.InputError, match="tip_frame is 'twisted'; use 'untwisted' or 'frenet'"):
-        eq.jacobian(PLAIN, np.ones(8), 0.5, "twisted")
+        eq.jacobian(PLAIN, np.ones(8), 0.5, "twisted")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("function", [eq.rotation, eq.euler_rate_matrix])

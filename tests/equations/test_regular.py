@@ -8,6 +8,7 @@ import pytest
 
 import continuair as ca
 from continuair import equations as eq
+from continuair.typing import Model
 from tests.equations.trees import TREES, flights, of_case
 from tests.oracles.make_kane_cases import held
 
@@ -36,7 +37,7 @@ def test_readable_equations_are_kanes(case: dict[str, Any], model: str) -> None:
     assert gap(found, list(case["expected"][model].values())) < 1e-12
 
 
-def largest_gap_of_kernels(vehicle: ca.Vehicle, model: str, states: int, seed: int) -> float:
+def largest_gap_of_kernels(vehicle: ca.Vehicle, model: Model, states: int, seed: int) -> float:
     """Over random states; polar roundings at |κ| near 0.05 1/m leave up to 3e-11."""
     given = flights(vehicle, states, seed)
     fast = ca.accelerations(vehicle, **given, model=model)
@@ -50,20 +51,20 @@ def largest_gap_of_kernels(vehicle: ca.Vehicle, model: str, states: int, seed: i
 
 @MODELS
 @pytest.mark.parametrize("vehicle", TREES.values(), ids=TREES)
-def test_kernels_are_the_readable_equations(vehicle: ca.Vehicle, model: str) -> None:
+def test_kernels_are_the_readable_equations(vehicle: ca.Vehicle, model: Model) -> None:
     assert largest_gap_of_kernels(vehicle, model, 40, seed=61) < 1e-10
 
 
 @pytest.mark.slow
 @MODELS
-def test_kernels_are_the_readable_equations_at_a_thousand_states(model: str) -> None:
+def test_kernels_are_the_readable_equations_at_a_thousand_states(model: Model) -> None:
     gaps = [largest_gap_of_kernels(vehicle, model, 200, seed=62) for vehicle in TREES.values()]
     assert max(gaps) < 1e-10
 
 
 @MODELS
 @pytest.mark.parametrize("name", ["paper", "two_section"])
-def test_below_kappa_s_they_are_those_of_the_bend_that_is_given(name: str, model: str) -> None:
+def test_below_kappa_s_they_are_those_of_the_bend_that_is_given(name: str, model: Model) -> None:
     """Bend vectors need no Remark 1, by which half of κ_s would count as κ_s."""
     vehicle = ca.load_vehicle(name)
     bend = np.array([[4e-4, 3e-4], [0.3, 0.1]])[: vehicle.sections]

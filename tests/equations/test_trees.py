@@ -32,7 +32,7 @@ def tips(vehicle: ca.Vehicle, q: np.ndarray) -> np.ndarray:
 @EVERY_TREE
 @pytest.mark.parametrize("frame", ["untwisted", "frenet"])
 def test_jacobians_are_slopes_of_positions_and_spins_of_frames(
-    vehicle: ca.Vehicle, frame: str
+    vehicle: ca.Vehicle, frame: Any
 ) -> None:
     def axes(q: np.ndarray, where: dict[str, Any]) -> Any:
         return eq.rotation(q) @ eq.section_rotation(vehicle, q, 0.1, frame, **where)

@@ -21,13 +21,19 @@ _PATIENCE = 180
 _FEW = 50
 
 
-_HEAD = """## What comes in from outside
+_HEAD = """# How robust is it against bad input?
 
-Mutations of real files, odd arguments, flights at the edge, and processes that are killed, start
-together or find the disk full, counted in {minutes:.0f} minutes of `make soak` (`tests/fuzz/`).
-Each is used, or refused in a sentence; a *wrong* one breaks a rule of `tests/fuzz/rules.py`, flies
-off by more than 0.01 arm lengths, while its `error_estimate` is below 0.001, or leaves
-another store or folder than an undisturbed one.
+Every input that was tried was either used or refused with a message, if the last three columns
+below are 0. They count `make soak`, which ran for {minutes:.0f} minutes: mutations of real files,
+odd arguments, flights at the edge, and processes that are killed, start together or find the disk
+full (`tests/fuzz/`).
+
+* *Used*: it gave a result. *Refused*: an error says what is wrong and what to do.
+* *Traceback*: any other exception.
+* *Wrong*: it breaks a rule of `tests/fuzz/rules.py`; or the flight is off by more than 0.01 arm
+  lengths while its `error_estimate` is below 0.001; or it leaves another store or folder than an
+  undisturbed run.
+* *Hang*: it takes longer than its limit.
 """
 
 

@@ -136,7 +136,7 @@ def test_a_recording_of_other_sections_is_refused_in_one_sentence() -> None:
     assert_refused(run(*data, str(TOML)), "column bend_x_3 is missing", "bend_x_1, bend_y_1")
     assert_refused(run(*data, "paper"), "column bend_x is missing")
     recording = load_recording("flight.csv", ca.load_vehicle("two_section"))
-    with pytest.raises(ca.InputError, match="holds the bends of 2 sections, but the vehicle has 3"):
+    with pytest.raises(ca.InputError, match="the bends of 2 sections, but the vehicle has 3"):
         fit(ca.load_vehicle(TOML), recording)
 
 

@@ -51,7 +51,7 @@ def test_a_column_that_is_noisier_than_others_counts_as_such() -> None:
 def test_what_comes_again_is_found_beneath_noise() -> None:
     """A quarter of the row rate: from row to row it changes as noise does. Noise alone is not told
     of, nor are a file's digits."""
-    time = 0.01 * np.arange(ROWS)
+    time = np.asarray(0.01 * np.arange(ROWS), float)
     moved = np.stack([np.sin(time), np.cos(time), time], axis=1)
     turned = Rotation.from_rotvec(0.1 * moved).as_quat()
     recording = Recording("flight", time, moved, turned, moved[:, :2], None)
@@ -60,5 +60,5 @@ def test_what_comes_again_is_found_beneath_noise() -> None:
         left = 0.01 * np.random.default_rng(seed).normal(size=(ROWS, 8))
         assert not of_what_is_left(left, recording)
         (doubt,) = of_what_is_left(left + wave * (np.arange(8) == 1), recording)
-        assert "of the position, and not by noise" in doubt
+        assert "of the position, beyond noise" in doubt
     assert not of_what_is_left(1e-4 * wave * np.ones(8), recording)

@@ -105,7 +105,7 @@ def still(**changes: Any) -> Recording:
         ({"time": [0.0, 0.2, 0.1]}, "time of the recording is .* and increase"),
         ({"position": [[0.0] * 3, [np.nan] * 3, [0.0] * 3]}, "position of the recording is"),
         ({"position": np.ma.masked_equal(np.zeros((3, 3)), 0.0)}, "position of the recording is"),
-        ({"position": np.zeros((2, 3))}, "position of the recording is .* a row for each time"),
+        ({"position": np.zeros((2, 3))}, "position of the recording is .* one row per time"),
         ({"attitude": [[0.0, 0.0, 0.0, 1.1]] * 3}, "attitude .* off a unit quaternion by 0.1 in"),
         ({"bend": np.zeros(3)}, "bend of the recording is"),
         ({"inputs": np.zeros((3, 6))}, "inputs of the recording has 6 columns; give 8"),

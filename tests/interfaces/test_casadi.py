@@ -21,7 +21,7 @@ def flying(name: str) -> ca.Vehicle:
     rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 12.0], "radius": 0.12,
               "torque_per_thrust": 0.02}  # fmt: skip
     drag = {"linear": [0.3, 0.2, 0.1], "quadratic": [0.05, 0.06, 0.07]}
-    paper = ca.load_vehicle("paper").describe()
+    paper: dict[str, Any] = ca.load_vehicle("paper").describe()
     uav = paper["uav"] | {"rotors": rotors, "drag": drag}
     return ca.Vehicle(**paper | {"uav": uav, "arm": paper["arm"] | {"drag_coefficient": 1.1}})
 

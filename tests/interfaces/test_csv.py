@@ -170,7 +170,7 @@ def test_what_a_simulation_was_given_by_steps_is_told_to_be_missing(tmp_path: Pa
 def test_what_rotors_give_is_written_as_the_force_and_moment_that_acted(tmp_path: Path) -> None:
     rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 12.0],
               "torque_per_thrust": 0.02}  # fmt: skip
-    paper = ca.load_vehicle("paper").describe()
+    paper: dict[str, Any] = ca.load_vehicle("paper").describe()
     vehicle = ca.Vehicle(**paper | {"uav": paper["uav"] | {"rotors": rotors}})
     start = [0.0, 0.0, 3.0, 0.1, 0.2, 0.3, 0.1, 0.0]
     scenario = ca.Scenario("four", start, rotor_command=[5.0, 6.0, 7.0, 8.0], duration=0.1)

@@ -133,7 +133,7 @@ def test_results_that_are_damaged_or_not_ours_or_later_are_told_so(
         (cut, "cannot be read as netCDF"),
         (text, "cannot be read as netCDF"),
         (other, "which holds no flight of continuair"),
-        (later, "which continuair 99.0 has written, and this is"),
+        (later, "written by continuair 99.0"),
         (tmp_path, "is a folder"),
     ):
         with pytest.raises(InputError, match=told) as found:

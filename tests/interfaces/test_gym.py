@@ -169,7 +169,7 @@ def test_speeds_seen_are_those_whose_squares_give_the_thrust_also_without_lag() 
 @pytest.mark.parametrize(
     ("options", "part"),
     [
-        ({"vehicle": "slender"}, "vehicle has no rotors to command"),
+        ({"vehicle": "slender"}, "vehicle has no rotors"),
         ({"vehicle": "no such"}, "there is no preset of that name"),
         ({"hold": "arm"}, "hold is 'arm'"),
         ({"bend_moment": -1.0}, "bend_moment is -1.0"),
@@ -177,7 +177,7 @@ def test_speeds_seen_are_those_whose_squares_give_the_thrust_also_without_lag() 
         ({"model": "rigid"}, "model is 'rigid'"),
         (
             {"vehicle": ONE_SECTION.replace({"uav.mass": np.array([2.0, 2.1])})},
-            "vehicle holds 2 runs, but there are 1",
+            "vehicle has 2 runs, but there are 1",
         ),
     ],
 )

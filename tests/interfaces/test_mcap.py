@@ -144,5 +144,5 @@ def test_the_metadata_tell_the_vehicle_of_the_run(tmp_path: Path) -> None:
 
 def test_a_batch_is_refused(tmp_path: Path) -> None:
     both = xr.concat([flight("paper")] * 2, "run")
-    with pytest.raises(ca.InputError, match="holds many: 2 by run"):
+    with pytest.raises(ca.InputError, match="has 2 by run"):
         ca.to_mcap(both, tmp_path / "flight.mcap")

@@ -45,7 +45,7 @@ def springs(model: Any) -> np.ndarray:
 
 
 def with_rotors() -> ca.Vehicle:
-    paper = ca.load_vehicle("paper").describe()
+    paper: dict[str, Any] = ca.load_vehicle("paper").describe()
     return ca.Vehicle(**paper | {"uav": paper["uav"] | {"rotors": TILTED}})
 
 

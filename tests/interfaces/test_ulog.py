@@ -276,12 +276,12 @@ def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:
 @pytest.mark.parametrize(
     ("named", "part"),
     [
-        ({"rotors": MOTORS}, "nothing is named to tell the arm's bend"),
+        ({"rotors": MOTORS}, "the arm's bend"),
         ({"bend": "debug_arry:a,b"}, "has no topic debug_arry for bend; use debug_array"),
         ({"bend": "debug_array"}, r"needs the names of its fields; name some of data\[0\]"),
         ({"bend": "debug_array:data[5]"}, r"has no field data\[5\]"),
         ({"bend": "debug_array:data[0]"}, "holds 1 numbers, but the vehicle has 2"),
-        ({"bend": BEND, "rotors": MOTORS[:-3]}, "is normalised; say how many N are 1"),
+        ({"bend": BEND, "rotors": MOTORS[:-3]}, "is normalised"),
         ({"bend": BEND, "thrust": SETPOINTS["thrust"]}, "thrust is named without torque"),
         ({"bend": BEND, "rotors": MOTORS, **SETPOINTS}, "would act twice"),
         ({"bend": BEND + "*x"}, "write TOPIC:FIELD,FIELD.NUMBER"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import pytest
 import warp as wp
@@ -15,7 +16,7 @@ class Place:
     """A device and a precision."""
 
     device: str
-    dtype: str
+    dtype: Literal["float64", "float32"]
 
     @property
     def exact(self) -> bool:

@@ -13,12 +13,12 @@ from continuair.engine.compiling import start_warp
 from continuair.engine.factory import Closing, closed_loop, kernels, watching
 from continuair.engine.law_made import made_law
 from continuair.sections import arcs
-from continuair.terms import ArmDrag, DirectPush, PaperTorques, RotorThrusts, TipWrench, UavDrag
+from continuair.terms import ActuatorWrench, ArmDrag, PaperTorques, RotorThrusts, TipWrench, UavDrag
 
-INPUTS = DirectPush(), PaperTorques(), TipWrench()
+INPUTS = ActuatorWrench(), PaperTorques(), TipWrench()
 ONE, ARMS = Tree(arcs(1), terms=INPUTS), Tree(arcs(2, 1), bodies=True, turned=True, terms=INPUTS)
 THRUSTS = RotorThrusts(count=6, prompt=True, washing=True)
-ALL = DirectPush(), PaperTorques(), THRUSTS, UavDrag(), ArmDrag(), TipWrench()
+ALL = ActuatorWrench(), PaperTorques(), THRUSTS, UavDrag(), ArmDrag(), TipWrench()
 FURNISHED = Tree(arcs(2, 1), turned=True, terms=ALL)
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""

@@ -7,6 +7,7 @@ import continuair as ca
 from continuair import equations
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.sections.arc import moments as arc
+from continuair.typing import ArrayLike, Model
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, PAPER
 from tests.kernels.conftest import Place
@@ -37,7 +38,7 @@ def in_bend_axes(q: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("vehicle", [PLAIN, FURNISHED], ids=["plain", "furnished"])
 @pytest.mark.parametrize(("model", "mask"), [("coupled", "coupled"), ("decoupled", "block")])
 def test_kernels_equal_the_papers_equations(
-    vehicle: ca.Vehicle, model: str, mask: str, place: Place
+    vehicle: ca.Vehicle, model: Model, mask: str, place: Place
 ) -> None:
     """4 x 250 states, κl up to 2π, |θ| <= 1.2; reached: 4e-13, and 3e-6 in float32."""
     rng = np.random.default_rng(20260218)
@@ -130,19 +131,19 @@ def test_one_number_does_not_stand_for_a_vector_unless_it_is_0(given: dict[str, 
     ("q", "words"),
     [
         (np.zeros((0, 8)), r"^q is \[\]; give 8 finite numbers, rows of them, or 0 for none"),
-        (np.zeros(8), "bend of 0 while its kappa_s is 0"),
-        ([0, 0, 0, 0, np.pi / 2, 0, 0.1, 0], "pitch of a quarter turn"),
-        ([0, 0, 0, 0, -np.pi / 2, 0, 0.1, 0], "pitch of a quarter turn"),
+        (np.zeros(8), "bend of 0 while kappa_s is 0"),
+        ([0, 0, 0, 0, np.pi / 2, 0, 0.1, 0], "pitch of ±π/2"),
+        ([0, 0, 0, 0, -np.pi / 2, 0, 0.1, 0], "pitch of ±π/2"),
     ],
 )
-def test_where_the_papers_coordinates_are_singular_is_told(q: object, words: str) -> None:
+def test_where_the_papers_coordinates_are_singular_is_told(q: ArrayLike, words: str) -> None:
     with pytest.raises(ca.InputError, match=words):
         ca.forward_dynamics(PLAIN, q, 0, [0] * 7 + [1.0])
 
 
 def test_rows_that_do_not_fit_the_vehicles_are_refused() -> None:
     batch = PLAIN.replace({"uav.mass": [1.0, 2.0]})
-    with pytest.raises(ca.InputError, match="vehicle holds 2 runs, but the batch has 3"):
+    with pytest.raises(ca.InputError, match="vehicle has 2 runs, but the batch has 3"):
         ca.forward_dynamics(batch, np.full((3, 8), 0.1), 0)
 
 

@@ -18,6 +18,7 @@ from amiri2026 import open_loop_test
 from continuair.controllers.classic import classic
 from continuair.engine import engine
 from continuair.scenario import paths
+from continuair.typing import Model
 from tests.kernels.conftest import Place
 
 VEHICLES = ca.load_vehicle("paper").replace(
@@ -43,7 +44,7 @@ def worst(found: xr.Dataset, expected: xr.Dataset) -> float:
 
 
 @pytest.mark.parametrize("model", ["coupled", "decoupled", "independent"])
-def test_a_batch_in_open_loop(model: str, place: Place) -> None:
+def test_a_batch_in_open_loop(model: Model, place: Place) -> None:
     """Forces, Euler torques, a bend moment and a tip wrench at once; everything that is logged."""
     scenario = ca.Scenario(
         "all at once",

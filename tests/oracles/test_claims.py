@@ -65,10 +65,11 @@ def test_claims_are_recorded_whatever_they_reach_and_only_unexplained_misses_fai
 
 def test_page_shows_every_verdict(tmp_path: Path) -> None:
     _, claims = run_sample(tmp_path)
-    (tmp_path / "images").mkdir()
+    for folder in ("images", "explanation"):
+        (tmp_path / folder).mkdir()
     script = [sys.executable, str(ROOT / "docs" / "make_trust.py")]
     subprocess.run([*script, str(tmp_path / "verify.json"), str(tmp_path)], check=True)
-    page = (tmp_path / "trust.md").read_text(encoding="utf-8")
+    page = (tmp_path / "explanation" / "trust_claims.md").read_text(encoding="utf-8")
     rows = [line for line in page.splitlines() if line.startswith("| ")]
     assert sum(row.endswith("| **miss** |") for row in rows) == 3  # two claims, and what broke
     assert "| agrees | `agrees` | 0.7500 ± 0.001 | 0.7501 | pass |" in rows

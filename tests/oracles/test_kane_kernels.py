@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.typing import Model
 from tests.oracles.conftest import Claim
 from tests.oracles.make_kane_cases import MODELS, held
 
@@ -45,7 +46,7 @@ def marked(shape: str) -> Any:
     return shape if shape in OFTEN else pytest.param(shape, marks=pytest.mark.slow)
 
 
-def worst(case: dict[str, Any], model: str) -> float:
+def worst(case: dict[str, Any], model: Model) -> float:
     """Largest error of v̇, ω̇ and k̈, each by its own norm, or 1 where it is less."""
     found = ca.accelerations(vehicle_of(case), **case["state"], **case["inputs"], model=model)
     pairs = list(zip(found, case["expected"][model].values(), strict=True))
@@ -58,7 +59,7 @@ def worst(case: dict[str, Any], model: str) -> float:
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("shape", [marked(shape) for shape in SHAPES])
-def test_accelerations_are_those_of_kanes_equations(claim: Claim, shape: str, model: str) -> None:
+def test_accelerations_are_those_of_kanes_equations(claim: Claim, shape: str, model: Model) -> None:
     cases = cases_of(shape)
     claim(
         f"accelerations of an arm of {shape} sections, {model}, worst of v̇, ω̇, k̈ relative, "
@@ -76,7 +77,7 @@ def test_accelerations_are_those_of_kanes_equations(claim: Claim, shape: str, mo
 def test_arms_that_are_neither_turned_nor_loaded_need_no_kernel_for_it(name: str) -> None:
     case = CASES[name]
     case["vehicle"]["arms"][0]["tip"] = None
-    bare = vehicle_of(case).describe()
+    bare: dict[str, Any] = vehicle_of(case).describe()
     del bare["arm"][0]["tip"]
     found = ca.accelerations(ca.Vehicle(**bare), **case["state"], **case["inputs"])
     for group, values in zip(GROUPS, found, strict=True):

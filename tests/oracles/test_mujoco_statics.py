@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import continuair as ca
+from continuair.analysis.modes import Base
 from continuair.vehicle.vehicle import Vehicle
 from tests.oracles.conftest import Claim
 
@@ -58,7 +59,7 @@ def beam_on_hub() -> float:
 
 
 @pytest.mark.parametrize("base", ["clamped", "free"])
-def test_first_frequency(claim: Claim, base: str) -> None:
+def test_first_frequency(claim: Claim, base: Base) -> None:
     ours = float(ca.modes(VEHICLE, base=base, gravity=0.0).frequencies[0])
     chains = [first_frequency(VEHICLE, n, base) for n in JOINTS]
     circular = [circular_frequency(n, base) for n in JOINTS]

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 import continuair as ca
 from continuair import equations as eq
+from continuair.typing import Model
 from tests.oracles.conftest import Claim
 
 SOURCE = f"SciPy {version('scipy')} DOP853 on continuair.equations"
@@ -52,7 +53,7 @@ def reference_tips(model: str, forced: bool, times: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("model", MASKS)
 @pytest.mark.parametrize("forced", [False, True], ids=["free", "forced"])
-def test_flights(claim: Claim, model: str, forced: bool) -> None:
+def test_flights(claim: Claim, model: Model, forced: bool) -> None:
     flight = scenario(forced)
     fine = ca.simulate(VEHICLE, flight, model=model, rtol=1e-12, sample=0.01)
     times = fine.time.values

@@ -15,9 +15,9 @@ from amiri2026.paper.judges.strokes import kinds_of_stroke
 from amiri2026.tracking.study import Tracking, tracking
 from amiri2026.verdicts import DEPENDS, FAILS, HOLDS, UNDECIDED, Judgement
 from continuair import equations
-from continuair.equations import eye
 from continuair.equations.camera import to_normalised
 from continuair.scenario.tracking_task import SETTINGS, equipped
+from continuair.typing import Model
 from tests.paper import given
 
 
@@ -92,7 +92,7 @@ def test_plants_differ_from_the_first_push_on(
 @pytest.mark.parametrize("turned", [0.0, 0.6])
 @pytest.mark.parametrize("plant", ["coupled", "decoupled"])
 def test_first_accelerations_are_those_of_the_flights(
-    flown: Evidence, plant: str, turned: float
+    flown: Evidence, plant: Model, turned: float
 ) -> None:
     """Velocity after 0.1 ms of the push, with a camera that turns how the arm is bent."""
     camera = {"camera.attitude": [0.0, 0.0, np.sin(turned / 2.0), np.cos(turned / 2.0)]}
@@ -110,14 +110,14 @@ def test_columns_of_j_l_are_slopes_of_the_image(flown: Evidence) -> None:
     flight = letter.flown(flown, "coupled").isel(time=slice(5, 6))
     q = flight["q"].to_numpy()[0]
     slopes = letter.image_slopes(flight, vehicle)[0]
-    at, R = eye.camera_pose(vehicle, q)
+    at, R = equations.camera_pose(vehicle, q)
     seen = to_normalised(vehicle.camera, flight["features"].to_numpy()[0]).reshape(-1, 2)
     depth = flight["depth"].to_numpy()[0]
     points = at + np.column_stack([seen * depth[:, None], depth]) @ R.T
     h = 1e-4
     for axis in range(3):
         shift = h * np.eye(8)[axis]
-        ahead, behind = (eye.look(vehicle, q + by, points)[0] for by in (shift, -shift))
+        ahead, behind = (equations.look(vehicle, q + by, points)[0] for by in (shift, -shift))
         np.testing.assert_allclose(slopes[:, axis], (ahead - behind) / (2 * h), atol=1e-7)
 
 

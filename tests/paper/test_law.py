@@ -121,7 +121,9 @@ def moving_state(found: Theorem) -> tuple[np.ndarray, np.ndarray]:
 def at(
     found: Theorem, q: np.ndarray, qd: np.ndarray, target: proof.Target = proof.REST
 ) -> proof.State:
-    return proof.state(found.vehicle, q, qd, found.target.points, found.target.desired, target)
+    return proof.state(
+        found.vehicle, q, qd, np.asarray(found.target.points), found.target.desired, target
+    )
 
 
 def turning(rng: np.random.Generator) -> proof.Target:
@@ -134,7 +136,7 @@ def test_the_rate_of_v_is_its_slope_along_the_motion(found: Theorem, moving: boo
     q, qd = moving_state(found)
     target = turning(np.random.default_rng(6)) if moving else proof.REST
     axes = ca.equations.camera_pose(found.vehicle, q)
-    points = found.target.points
+    points = np.asarray(found.target.points)
     seen = (points - axes[0]) @ axes[1]
     velocity = (target.twist[:3] + np.cross(target.twist[3:], seen)) @ axes[1].T
     for gains in (found.made, *found.drawn[:5]):

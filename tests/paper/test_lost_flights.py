@@ -101,4 +101,4 @@ def test_times_of_a_vehicle_that_loses_its_target_end_nothing() -> None:
     vehicle = ca.load_vehicle(Path(__file__).parents[1] / "long_light_arm.toml")
     (found,) = judge(["IV-C.16"], Evidence(vehicle, quick=True))
     assert found["verdict"] == UNTESTABLE
-    assert "does not fly 5 s" in found["evidence"] and not found["evidence"].endswith(".")
+    assert "fails within 5 s" in found["evidence"] and not found["evidence"].endswith(".")

@@ -37,7 +37,7 @@ def test_verdicts_on_the_radius_do_not_hang_on_how_a_vehicle_is_written() -> Non
         error = other["models"]["decoupled"]["rmse_xy_m"]
         assert row["models"]["decoupled"]["rmse_xy_m"] == pytest.approx(error, rel=1e-6)
     assert "arm radius" not in about(whole)
-    with pytest.raises(ca.InputError, match="arm.radius is missing, but sentences of the paper"):
+    with pytest.raises(ca.InputError, match="arm.radius is missing"):
         Evidence(whole.replace({"arm.radius": None}))
 
 

@@ -16,6 +16,7 @@ from amiri2026.table.compiled import Job, fly
 from amiri2026.table.metrics import error
 from amiri2026.table.printed import CURLED, FLOWN, SINGULAR, Flight, PrintedModel
 from amiri2026.table.reading import Reading
+from continuair.typing import Model
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
 Array = np.ndarray
@@ -134,7 +135,7 @@ def test_blocks_without_remark_1_are_the_decoupled_model_of_simulate() -> None:
     for test in "AB":
         jobs = [Job(vehicle, LIKE_SIMULATE, test, name) for name in ("coupled", "block")]
         for job, printed in zip(jobs, fly(jobs, tolerance=1e-12, sample=1e-2), strict=True):
-            model = "coupled" if job.model == "coupled" else "decoupled"
+            model: Model = "coupled" if job.model == "coupled" else "decoupled"
             flown = ca.simulate(
                 vehicle,
                 open_loop_test(test),
@@ -172,7 +173,8 @@ def test_accelerations_along_flights_are_those_of_the_product(test: str) -> None
     """Wherever |κ| > 0.02 1/m, in Tests C and D, to 1e-9."""
     vehicle = load_vehicle("paper").replace({"arm.damping_ratio": 0.01, "arm.kappa_s": 0.0})
     model = PrintedModel(vehicle, LIKE_SIMULATE, nodes=24)
-    for name, product in (("coupled", "coupled"), ("block", "decoupled")):
+    products: dict[str, Model] = {"coupled": "coupled", "block": "decoupled"}
+    for name, product in products.items():
         (flight,) = fly([Job(vehicle, LIKE_SIMULATE, test, name)], tolerance=1e-8, sample=1e-2)
         bent = np.flatnonzero(np.abs(flight.q[:, 6]) > 0.02)
         assert len(bent) > 20

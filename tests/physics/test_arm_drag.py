@@ -12,6 +12,7 @@ from continuair.engine.engine import Drive, Engine, Start
 from continuair.equations import kinematics
 from continuair.errors import InputError
 from continuair.studies.check import facts
+from continuair.typing import Model
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL, PAPER
 from continuair.vehicle.rotors import AIR_DENSITY
@@ -53,7 +54,7 @@ def generalised(vehicle: ca.Vehicle, q: Array, qd: Array, wash: Any = None) -> A
 
 
 @pytest.mark.parametrize("model", ["coupled", "decoupled"])
-def test_drag_is_what_its_nodes_do_through_the_jacobian(model: str) -> None:
+def test_drag_is_what_its_nodes_do_through_the_jacobian(model: Model) -> None:
     """Two sections in line and another arm; rounding of the Jacobians with polar coordinates."""
     found = ca.forward_dynamics(DRAGGED, Q, QD, model=model)
     tau = generalised(DRAGGED, Q, QD)

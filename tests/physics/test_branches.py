@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.typing import Model
 
 VEHICLE, SLENDER = ca.load_vehicle("paper"), ca.load_vehicle("slender")
 
@@ -70,7 +71,7 @@ def test_angular_momentum_is_about_the_origin_of_the_world() -> None:
 
 
 @pytest.mark.parametrize("model", ["decoupled", "independent"])
-def test_a_flight_of_a_simpler_model_swings_its_arm_as_on_a_clamped_base(model: str) -> None:
+def test_a_flight_of_a_simpler_model_swings_its_arm_as_on_a_clamped_base(model: Model) -> None:
     """Its inertia is about the arm's own base, where the coupled one is at hand too."""
     rate = VEHICLE.arm.clamped_frequency
     undamped = VEHICLE.replace({"arm.damping": 0.0})

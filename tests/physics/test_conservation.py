@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.typing import Model
 from tests.physics.free_flight import tumbling
 from tests.physics.slopes import INSIDE, matrices, slope, spin
 
@@ -44,7 +45,7 @@ def test_coupled_free_flight_conserves_momentum(
 
 
 @pytest.mark.parametrize("model", ["decoupled", "independent"])
-def test_decoupled_models_conserve_their_own_energy_under_gravity(model: str) -> None:
+def test_decoupled_models_conserve_their_own_energy_under_gravity(model: Model) -> None:
     run = ca.simulate(
         ca.load_vehicle("slender"),
         tumbling(2.0, gravity=9.81),

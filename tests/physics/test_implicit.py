@@ -12,6 +12,7 @@ import continuair as ca
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import fastest_rate
 from continuair.flight.steps import automatic_step
+from continuair.typing import Model
 from tests.closed_loop.flights import VEHICLE, designed, scenario
 
 TWO = ca.load_vehicle("two_section")
@@ -66,7 +67,7 @@ def reach(vehicle: ca.Vehicle) -> float:
         pytest.param("dual_arm", "decoupled", marks=pytest.mark.slow),
     ],
 )
-def test_steps_are_of_second_order(name: str, model: str) -> None:
+def test_steps_are_of_second_order(name: str, model: Model) -> None:
     """Against RK4 at a step at which it errs ten thousand times less."""
     vehicle = ca.load_vehicle(name)
     scenario = driven(vehicle)
@@ -157,7 +158,7 @@ def test_pairs_fly_as_simulate_does() -> None:
         ca.simulate(vehicle, swayed(TWO, 0.2), model=model, **options)  # type: ignore[arg-type]
         for model in ("coupled", "decoupled")
     ]
-    expected = ca.compare(*flights)["rmse_t_m"][:, 0]
+    expected = np.asarray(ca.compare(*flights)["rmse_t_m"])[:, 0]
     found = pairs["rmse_t_m"].sel(model="decoupled")
     np.testing.assert_allclose(found, expected, rtol=1e-9)
     with pytest.raises(ca.InputError, match="check is True, but method is 'implicit'"):

@@ -8,6 +8,7 @@ import warp as wp
 
 import continuair as ca
 from amiri2026 import open_loop_test
+from continuair.typing import Method
 from tests.physics.free_flight import tumbling
 
 pytestmark = pytest.mark.targets
@@ -183,7 +184,7 @@ def test_single_precision_follows_double() -> None:
         ({"model": np.array(["coupled", "decoupled"])}, "model"),
         (
             {"method": "RK4", "step": np.array([1e-3, 1e-4])},
-            "step holds 2 runs, but the batch has 1",
+            "step has 2 runs, but the batch has 1",
         ),
         ({"sample": [0.1]}, "sample"),
         ({"sample": 2.0}, "sample is 2.0 s, longer than the flight of 1 s"),
@@ -266,7 +267,8 @@ def test_a_start_beyond_a_full_circle_ends_at_once_with_a_status() -> None:
 def test_all_methods_name_the_same_end() -> None:
     scenario = ca.Scenario(name="overbent", q=np.zeros(8), bend_moment=[5000.0, 0.0])
     exact = ca.simulate(VEHICLE, scenario, rtol=1e-10)
-    for method, step in (("RK4", 1e-5), ("RK4", 1e-3), ("implicit", 1e-5)):
+    given: list[tuple[Method, float]] = [("RK4", 1e-5), ("RK4", 1e-3), ("implicit", 1e-5)]
+    for method, step in given:
         run = ca.simulate(VEHICLE, scenario, method=method, step=step)
         assert int(run.status) == int(exact.status) == 2
         # Valid up to it, in whole steps: never beyond the end.
@@ -353,5 +355,5 @@ def test_slow_motion_is_not_lost_in_the_last_digits_of_float32(method: str) -> N
 
 
 def test_float32_far_from_the_origin_is_told() -> None:
-    with pytest.warns(ca.ContinuairWarning, match="float32', which rounds places here by up to"):
+    with pytest.warns(ca.ContinuairWarning, match="float32', which rounds positions by up to"):
         ca.simulate(VEHICLE, drift(1e5, 0.0), dtype="float32", duration=0.01)

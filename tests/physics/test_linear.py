@@ -9,6 +9,7 @@ from scipy.linalg import expm
 
 import continuair as ca
 from continuair.analysis.linear import bending_frequencies
+from continuair.analysis.modes import Base
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import fastest_rate
 
@@ -226,7 +227,7 @@ def test_trim_refuses_a_wrench_without_equilibrium_and_a_bad_bend() -> None:
     with pytest.raises(ca.InputError, match="bend"):
         ca.trim(VEHICLE, bend=(1.0, 2.0, 3.0))
     with pytest.raises(ca.InputError, match="base"):
-        ca.modes(VEHICLE, base="flying")
+        ca.modes(VEHICLE, base="flying")  # type: ignore[arg-type]
 
 
 CIRCLE = [0.0] * 6 + [2 * np.pi - 1e-3, 0.0]
@@ -241,7 +242,7 @@ NOT_A_MAGNITUDE: list[Any] = [np.nan, -1.0, "g", [9.81], np.inf]
         (lambda: ca.modes(VEHICLE, [0] * 6 + [7, 0]), "q is .* just below a full circle"),
         (
             lambda: ca.modes(VEHICLE, [0, 0, 0, np.pi, 0, 0, 0, 0], base="clamped", gravity=1e4),
-            "does not vibrate but buckles",
+            "buckles",
         ),
         (lambda: ca.linearize("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
         (lambda: ca.modes("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
@@ -284,7 +285,7 @@ def test_gravity_must_be_a_magnitude_everywhere(gravity: Any) -> None:
 
 
 @pytest.mark.parametrize("base", ["free", "clamped"])
-def test_modes_about_a_bend_are_those_of_the_arm_held_there(base: str) -> None:
+def test_modes_about_a_bend_are_those_of_the_arm_held_there(base: Base) -> None:
     """Eigenvalues of the whole linear system, held by what trim says."""
     at = [0, 0, 0, 0, 0, 0, 1.0, 0.7]
     gravity = 0.0 if base == "free" else 9.81

@@ -422,16 +422,16 @@ def test_results_of_rotors_survive_a_round_trip_through_a_file(tmp_path: Path) -
 
 UNUSABLE: list[tuple[ca.Vehicle, dict[str, Any], str, str]] = [
     (SLENDER, {"wind": (1.0, 0.0, 0.0)}, "wind is given, but the vehicle has no drag", "uav.drag"),
-    (SLENDER, {"rotor_command": (1.0,)}, "scenario.rotor_command holds 1 thrusts", "leave it out"),
-    (QUAD, {"rotor_command": np.ones(6)}, "scenario.rotor_command holds 6 thrusts", "4 rotors"),
-    (QUAD, {"rotor_thrust": np.ones(3)}, "scenario.rotor_thrust holds 3 thrusts", "4 rotors"),
-    (QUAD, {"rotor_thrust": np.full(4, 13.0)}, "scenario.rotor_thrust is [13.0", "12.0 N at the"),
+    (SLENDER, {"rotor_command": (1.0,)}, "scenario.rotor_command has 1 thrusts", "omit it"),
+    (QUAD, {"rotor_command": np.ones(6)}, "scenario.rotor_command has 6 thrusts", "4 rotors"),
+    (QUAD, {"rotor_thrust": np.ones(3)}, "scenario.rotor_thrust has 3 thrusts", "4 rotors"),
+    (QUAD, {"rotor_thrust": np.full(4, 13.0)}, "scenario.rotor_thrust is [13.0", "12.0 N"),
     (QUAD, {"rotor_thrust": -np.ones(4)}, "rotor_thrust is [-1.0", "0 or more"),
     (QUAD, {"rotor_command": "full"}, "rotor_command is 'full'", "for each rotor"),
-    (QUAD, {"controller": ca.hold(SLENDER, (0, 0, 2))}, "controller hold asks for forces in any "
-     "direction, but the rotors give a wrench of rank 4", "hex_tilted"),
+    (QUAD, {"controller": ca.hold(SLENDER, (0, 0, 2))}, "controller hold needs a wrench of "
+     "rank 6, but the rotors give rank 4", "hex_tilted"),
     (QUAD.replace({"uav.rotors.lever": 0.01}), {"q": (0, 0, 2, 0, 0, 0, 2.0, 0)},
-     "uav.rotors.thrust_limits ends at 12 N and no rotor pulls, but to hover", "rotor_command"),
+     "uav.rotors.thrust_limits is 0 to 12 N, but hover", "rotor_command"),
 ]  # fmt: skip
 
 
@@ -461,7 +461,7 @@ def test_studies_excite_a_vehicle_with_rotors_by_direct_forces(name: str) -> Non
 def test_a_gradient_refuses_rotors_in_one_sentence() -> None:
     with pytest.raises(InputError) as caught:
         ca.gradient(QUAD, ca.Scenario("hover", LEVEL), lambda flight: (0.0, {}))
-    assert str(caught.value).startswith("vehicle 'slender' has uav.rotors, of which no gradient")
+    assert str(caught.value).startswith("vehicle 'slender' has uav.rotors, which has no gradient")
     assert_one_plain_sentence(str(caught.value))
 
 

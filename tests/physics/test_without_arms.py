@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 import continuair as ca
 from continuair.identification import Recording, fit
 from continuair.studies.check import at_rest, facts, modes_of
+from continuair.typing import Model
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.vehicle_file import as_toml
 
@@ -68,7 +69,7 @@ def rigid_body() -> np.ndarray:
     [({"rtol": 1e-10}, 1e-9), ({"method": "RK4", "step": 1e-3}, 1e-9)]
     + [({"method": "implicit", "step": 2e-4}, 1e-5)],
 )
-def test_it_flies_as_a_rigid_body(model: str, options: dict[str, Any], tolerance: float) -> None:
+def test_it_flies_as_a_rigid_body(model: Model, options: dict[str, Any], tolerance: float) -> None:
     flight, expected = ca.simulate(BARE, TUMBLE, model=model, **options), rigid_body()
     for name, at in (("position", slice(3)), ("attitude", slice(3, 7))):
         np.testing.assert_allclose(flight[name][-1], expected[at], rtol=0, atol=tolerance)
@@ -145,7 +146,7 @@ def test_it_is_identified_from_a_recorded_flight() -> None:
     flight = ca.simulate(QUAD, scenario, sample=0.02, rtol=1e-9)
     recording = Recording(
         name="flight",
-        time=times,
+        time=np.asarray(times, float),
         position=flight["position"].to_numpy(),
         attitude=flight["attitude"].to_numpy(),
         bend=np.zeros((len(times), 0)),
@@ -199,7 +200,8 @@ def test_what_needs_an_arm_says_so(ask: Any) -> None:
 def test_mujoco_sees_what_its_camera_sees(tmp_path: Path) -> None:
     mujoco = pytest.importorskip("mujoco")
     camera = {"position": [0.02, 0.0, 0.03], "attitude": [0.1, 0.0, 0.0, 0.995]}
-    uav = {**QUAD.describe()["uav"], "mount": [0.1, 0.0, -0.05]}
+    described: dict[str, Any] = QUAD.describe()
+    uav = {**described["uav"], "mount": [0.1, 0.0, -0.05]}
     vehicle = ca.Vehicle(name="seeing", uav=uav, camera=camera)
     ca.to_mjcf(vehicle, tmp_path / "quad.xml")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "quad.xml"))

@@ -52,7 +52,7 @@ def assert_refused(result: Any, *parts: str) -> None:
         (SMALL.replace("test =", "tset ="), ["tset", "use scenario.test"]),
         (SMALL.replace('"A"', '"E"'), ["test is 'E'"]),
         ("modles = []\n" + SMALL, ["modles", "use models"]),
-        (SMALL + '"scenario.roll" = [0.1]\n', ["holds 2", "holds 1", "together"]),
+        (SMALL + '"scenario.roll" = [0.1]\n', ["has 2", "has 1", "lengths"]),
         (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "mass"\n', ["'mass'", "two"]),
         (SMALL + '[[vary]]\n"vehicle.uav.mass" = [1]\ndimension = "m"\n', ["in two tables"]),
         (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "run"\n', ["'run'"]),
@@ -70,7 +70,7 @@ def assert_refused(result: Any, *parts: str) -> None:
         ("seed = -1\n" + SMALL, ["seed is -1"]),
         (SMALL.replace("[1.0, 2.0]", COUNTED), ["count is 1000000000000", "10,000,000"]),
         (SMALL + 'sampling = "sobol"\ncount = 1000000000000\n', ["count is 1000000000000"]),
-        (SMALL.replace("[1.0, 2.0]", "{ from = -1e308, to = 1e308, count = 3 }"), ["farther than"]),
+        (SMALL.replace("[1.0, 2.0]", "{ from = -1e308, to = 1e308, count = 3 }"), ["beyond"]),
         (LOOP + 'letter = "Q"\n' + SMALL, ["target.letter is 'Q'", "M, R, A, L"]),
         ("x = " + "[" * 2000 + "]" * 2000 + "\n" + SMALL, ["nests more than 30"]),
         (SMALL + "[" + ".".join("a" * 2000) + "]\n", ["nests more than 30"]),
@@ -120,13 +120,13 @@ def test_a_field_that_no_run_reads_is_refused_varied_or_fixed(
     varied = f"[{table}]\n{chosen}{rest}[[vary]]\n'{field}' = {values}\n"
     fixed = f"[{table}]\n{chosen}{name} = {values[0]!r}\n{rest}"
     for text, said in ((varied, "varies"), (fixed, f"is {values[0]!r}")):
-        assert_refused(run(tmp_path, text), f"{field} {said}, but nothing reads it", reader)
+        assert_refused(run(tmp_path, text), f"{field} {said}, but has no effect", reader)
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
 def test_a_camera_that_no_controller_looks_through_is_refused_but_for_its_arm() -> None:
     for given in (0.5, ("noise", [0.5, 1.0])):
-        with pytest.raises(ca.InputError, match="vehicle.camera.noise is given, but nothing looks"):
+        with pytest.raises(ca.InputError, match="vehicle.camera.noise is given, but has no effect"):
             load_design(xr.Dataset({"vehicle.camera.noise": given}))
     # Of its tip metrics are.
     arms = {"vehicle.camera.arm": ("arm", ["left", "right"])}

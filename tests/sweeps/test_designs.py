@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,7 +36,7 @@ def rmse(vehicle: ca.Vehicle, scenario: ca.Scenario, sample: float = 2e-3) -> fl
 
 
 def test_no_lift_acts_in_a_test_of_the_paper_on_a_vehicle_with_rotors(tmp_path: Path) -> None:
-    said = ca.load_vehicle("paper").describe()
+    said: dict[str, Any] = ca.load_vehicle("paper").describe()
     rotors = {"layout": "quad_x", "lever": 0.3, "thrust_limits": [0, 20]}
     said["uav"]["rotors"] = rotors | {"torque_per_thrust": 0.02}
     file = tmp_path / "quad.toml"
@@ -50,7 +51,7 @@ def test_no_lift_acts_in_a_test_of_the_paper_on_a_vehicle_with_rotors(tmp_path: 
     assert float(found[0]["rmse_t_m"].max()) > 1e-4
     # `simulate` would let them hover.
     pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
-    with pytest.warns(ca.ContinuairWarning, match="scenario.test lets rotors stand still"):
+    with pytest.warns(ca.ContinuairWarning, match="scenario.test stops the rotors"):
         ca.sweep(designs[1], tmp_path / "store.zarr")
 
 

@@ -1,7 +1,7 @@
 """Euler angles count where samples follow them; where they do not, that is told."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ import xarray as xr
 
 import continuair as ca
 from continuair.errors import ContinuairWarning
+from continuair.typing import Model
 
 pytestmark = pytest.mark.targets
 
@@ -99,7 +100,7 @@ def test_axes_of_angles_are_lost_together_and_a_flight_agrees_with_itself() -> N
 
 
 @pytest.mark.parametrize("model", ["coupled", "decoupled"])
-def test_q_follows_its_angles_whatever_the_samples_and_the_steps(model: str) -> None:
+def test_q_follows_its_angles_whatever_the_samples_and_the_steps(model: Model) -> None:
     """Beside a pole and beside straight, where angles swing by half a turn within a step, and with
     whole turns between samples."""
     start = [0, 0, 5, 7.0, 0.1, -9.0, 0.3, 0.2], [0, 0, 0, 30.0, -8.0, 5.0, 0.4, 3.0]
@@ -161,7 +162,7 @@ def test_a_pass_beside_a_pole_takes_the_same_side_at_any_step() -> None:
 
 
 @pytest.mark.parametrize("dtype", ["float64", "float32"])
-def test_a_swing_in_a_plane_keeps_its_direction(dtype: str) -> None:
+def test_a_swing_in_a_plane_keeps_its_direction(dtype: Literal["float64", "float32"]) -> None:
     vehicle = VEHICLE.replace({"uav.inertia": [0.05, 0.05, 0.09]})
     rng = np.random.default_rng(0)
     q = np.zeros((64, 8))

@@ -54,7 +54,7 @@ def test_a_vehicle_that_stays_where_it_is_held_differs_by_nothing() -> None:
         ca.simulate(vehicle, scenario, model=m, method="RK4", step=STEP)
         for m in found["model"].values
     ]
-    compared = ca.compare(*flights)
+    compared = {name: np.asarray(value) for name, value in ca.compare(*flights).items()}
     for name in ("nrmse_t", "nrmse_r"):
         assert float(found[name][0, 1]) == compared[name][0] == 0.0
         assert (found[name][1:, 1] > 1e-4).all()

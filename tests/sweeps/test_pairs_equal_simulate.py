@@ -15,6 +15,7 @@ import continuair as ca
 from amiri2026 import open_loop_test
 from continuair.analysis.metrics import tip_euler
 from continuair.errors import ContinuairWarning
+from continuair.typing import Model
 from tests import random_flights
 from tests.random_flights import Case
 
@@ -81,7 +82,7 @@ def assert_pairs_are_simulate(case: Case) -> xr.Dataset:
     return found
 
 
-def flown(case: Case, model: str, said: list[str]) -> xr.Dataset:
+def flown(case: Case, model: Model, said: list[str]) -> xr.Dataset:
     """The flight of one model."""
     options = dict(case.options)
     flight, also = heard(lambda: ca.simulate(case.vehicle, case.scenario, model=model, **options))

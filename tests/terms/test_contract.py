@@ -14,6 +14,7 @@ import continuair as ca
 from continuair import terms
 from continuair.engine.pack import tree_of
 from continuair.flight.reading import vehicle_of
+from continuair.typing import Model
 from continuair.vehicle.vehicle_file import as_toml
 from tests.terms.tip_drag import TipDrag
 from tests.terms.tip_spring import TipSpring
@@ -60,7 +61,7 @@ def state_of(flight: xr.Dataset) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("model", ca.MODELS)
-def test_it_does_what_the_same_wrench_on_the_tips_does(model: str) -> None:
+def test_it_does_what_the_same_wrench_on_the_tips_does(model: Model) -> None:
     flight = ca.simulate(VEHICLE, swinging(VEHICLE), model="coupled", sample=4e-3)
     state, tips = state_of(flight), flight["tip_velocity"].to_numpy()
     wrench = np.concatenate([-PER_VELOCITY * tips, np.zeros_like(tips)], axis=-1)
@@ -189,7 +190,8 @@ def test_its_energy_is_part_of_the_total() -> None:
     names = ("kinetic", "gravity", "elastic", "term")
     energy = np.sum([flight[f"{name}_energy"].to_numpy() for name in names], axis=0)
     assert np.abs(energy - energy[:, :1]).max() < 1e-8 * np.ptp(flight["term_energy"].to_numpy())
-    stretch = flight["tip_position"].to_numpy() - HELD.terms[0].point
+    spring: Any = HELD.terms[0]
+    stretch = flight["tip_position"].to_numpy() - spring.point
     expected = 0.5 * np.linspace(0.0, 40.0, 9)[:, None] * np.sum(stretch**2, axis=-1)
     assert flight["term_energy"].to_numpy() == pytest.approx(expected, rel=1e-12)
     assert "term_energy" not in ca.simulate(DRAGGING, swinging(DRAGGING), sample=0.02)
@@ -247,7 +249,7 @@ def test_a_term_that_is_not_whole_is_refused() -> None:
 
     with pytest.raises(ca.InputError, match="Nothing has no method device"):
         ca.simulate(HELD.replace({"terms": (Nothing(),)}), swinging(HELD))
-    with pytest.raises(ca.InputError, match="Nothing.kinds is .* compared"):
+    with pytest.raises(ca.InputError, match="Nothing.kinds is"):
         Nothing([1, 2])
 
 

@@ -1,4 +1,4 @@
-"""Linear drag of the tips in air at rest, as a user writes it: `docs/custom_force.md` shows it."""
+"""Linear drag of the tips in air at rest, as docs/howto/custom_force.md shows it."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar

@@ -115,7 +115,7 @@ def test_another_vehicle_than_flew_is_told_by_its_tips() -> None:
     flight = ca.simulate(PAPER, ca.Scenario("bent", start, duration=0.02), sample=0.01)
     other = PAPER.replace({"arm.length": 1.1})
     for use in (lambda: ca.backbone(other, flight), lambda: scene(flight, other)):
-        with pytest.raises(ca.InputError, match="whose tips are .* give the vehicle that flew it"):
+        with pytest.raises(ca.InputError, match="whose tips are .* give the vehicle"):
             use()
     ca.backbone(PAPER, flight.astype(np.float32))
 
@@ -126,7 +126,7 @@ def test_another_vehicle_than_flew_is_told_without_tips() -> None:
     several = PAPER.replace({"arm.length": np.array([1.0, 1.1])})
     kept = ("position", "attitude", "bend")
     batch = ca.simulate(several, scenario, sample=0.01, variables=kept)
-    told = "arms end 0.1 m from .* give the vehicle that flew it"
+    told = "arms end 0.1 m from .* give the vehicle"
     for flight, wrong in [(batch, PAPER), (batch.isel(run=1), PAPER)]:
         with pytest.raises(ca.InputError, match=told):
             ca.backbone(wrong, flight)
@@ -146,9 +146,7 @@ def test_times_that_do_not_go_on_are_told(times: list[float]) -> None:
         lambda: scene(flight),
         lambda: motion_of(flight),
     ):
-        with pytest.raises(
-            ca.InputError, match="time is .* must be finite and after the one before"
-        ):
+        with pytest.raises(ca.InputError, match="time is .* must be finite and increasing"):
             use()
 
 

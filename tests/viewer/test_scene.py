@@ -14,12 +14,12 @@ import continuair as ca
 from continuair.analysis.backbone import placed
 from continuair.equations import project
 from continuair.viewer.bodies import rotors_of
+from continuair.viewer.camera import in_image
 from continuair.viewer.drawing import _outline
 from continuair.viewer.forces import scale_of
 from continuair.viewer.panel import readings
 from continuair.viewer.player import Player
 from continuair.viewer.scene import scene
-from continuair.viewer.sight import in_image
 from tests.viewer.flights import swing, watching
 
 DUAL = ca.load_vehicle("dual_arm")
@@ -159,13 +159,13 @@ def test_thrusts_stand_on_their_rotors() -> None:
 
 def test_the_image_plane_shows_a_point_on_the_way_to_it() -> None:
     flight = watching()
-    eye = scene(flight).eye
-    assert eye is not None
+    view = scene(flight).camera_view
+    assert view is not None
     ahead = np.array([0.2, -0.1, 1.7])
-    turn = Rotation.from_quat(eye.attitude)
-    seen = np.asarray(eye.camera.principal_point) + 800.0 * np.ravel(project(ahead[None]))
-    image = np.tile(seen, (len(eye.position), 1, 1))
-    shown = in_image(replace(eye, image=image), 0.3)[:, 0] - eye.position
+    turn = Rotation.from_quat(view.attitude)
+    seen = np.asarray(view.camera.principal_point) + 800.0 * np.ravel(project(ahead[None]))
+    image = np.tile(seen, (len(view.position), 1, 1))
+    shown = in_image(replace(view, image=image), 0.3)[:, 0] - view.position
     np.testing.assert_allclose(shown, 0.3 / 1.7 * turn.apply(ahead), rtol=0, atol=1e-13)
 
 
@@ -177,9 +177,9 @@ def test_a_camera_in_a_frenet_frame_is_where_the_flight_has_it() -> None:
     watched = ca.Target(ca.paths.hold([0.0, 0.0, 0.0]))
     start = ca.Scenario("look", [0, 0, 4.0, 0, 0, 0, 0.1, 1.2], controller=law, target=watched)
     flight = ca.simulate(vehicle, start, duration=0.1, sample=0.02)
-    eye = scene(flight).eye
-    assert eye is not None
-    np.testing.assert_allclose(eye.position, flight["camera_position"], atol=1e-12)
+    view = scene(flight).camera_view
+    assert view is not None
+    np.testing.assert_allclose(view.position, flight["camera_position"], atol=1e-12)
 
 
 def test_a_flight_that_ends_early_stays_where_it_ended() -> None:
@@ -233,9 +233,9 @@ def test_a_player_loops_slows_and_seeks() -> None:
 
 def test_what_is_no_single_flight_is_told() -> None:
     flight = swing()
-    with pytest.raises(ca.InputError, match=r"holds many: 2 by run; choose one.*isel\(run=0\)"):
+    with pytest.raises(ca.InputError, match=r"has 2 by run; select one.*isel\(run=0\)"):
         scene(flight.expand_dims(run=[0, 1]))
-    with pytest.raises(ca.InputError, match="does not say which vehicle flew it"):
+    with pytest.raises(ca.InputError, match="flight has no vehicle"):
         scene(flight.drop_attrs())
     with pytest.raises(ca.InputError, match="ghost has other times"):
         scene(flight, ghost=swing(duration=2.0))

@@ -24,7 +24,7 @@ LawOption = Annotated[
 LawGainsOption = Annotated[
     str | None,
     typer.Option(
-        help="Gains instead of the preset of the law that they are for, a .toml file.",
+        help="A .toml file of gains, instead of the preset of their law.",
         autocompletion=complete_gains,
     ),
 ]
@@ -44,12 +44,12 @@ def keep_in(folder: ResultFolder | None, name: str, study: Any, progress: Progre
 
 
 def complete_letters(incomplete: str) -> list[str]:
-    """A word of letters to track, with one more of them."""
+    """Return a word of letters to track, with one more of them."""
     return _longer(incomplete, "MRAL")
 
 
 def complete_tests(incomplete: str) -> list[str]:
-    """Letters of open-loop tests, with one more of them."""
+    """Return letters of open-loop tests, with one more of them."""
     return _longer(incomplete, "ABCD")
 
 

@@ -56,7 +56,7 @@ def paper(
             "Default: all."
         ),
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Leave out what takes long.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out long studies.")] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Exit with 1 unless the recorded verdicts come out.")
     ] = False,
@@ -70,8 +70,8 @@ def paper(
 
     check_json(json)
     if check and (vehicle != "paper" or quick):
-        raise InputError("check is asked for, but the record is of the vehicle paper and of a "
-                         "whole run; leave out --vehicle and --quick.")  # fmt: skip
+        raise InputError("check is set, but verdicts are recorded only for a whole run of the "
+                         "vehicle paper; leave out --vehicle and --quick.")  # fmt: skip
     chosen = None if only is None else [name.strip() for name in only.split(",")]
     command = again("paper", vehicle=vehicle, out=out, only=only, quick=quick)
     with results_in(out, "paper", command) as folder:
@@ -103,7 +103,7 @@ def report(
 def _judged(
     vehicle: str, only: list[str] | None, quick: bool, folder: ResultFolder | None
 ) -> dict[str, Any]:
-    """Judge, and keep each study in a folder of its own while the next one flies."""
+    """Judge the sentences, and write each study to a folder of its own while the next one runs."""
     from continuair import load_vehicle
 
     loaded = load_vehicle(vehicle)
@@ -141,7 +141,7 @@ def _judged(
 
 
 def _writer() -> ProcessPoolExecutor:
-    """A process that writes and draws: in a thread it would take turns with Python's flights."""
+    """Return a process that writes and draws, as a thread would compete with the simulations."""
     # Ctrl-C reaches all processes of a terminal; this one ends when its work is taken from it.
     ignored = signal.SIGINT, signal.SIG_IGN
     return ProcessPoolExecutor(1, get_context("spawn"), signal.signal, ignored)

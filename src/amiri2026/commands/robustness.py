@@ -28,9 +28,7 @@ def robustness(
     model: PlantOption = None,
     mistake: Annotated[
         list[str] | None,
-        typer.Option(
-            help="What the law is wrong about, as in the table; repeatable. Default: all."
-        ),
+        typer.Option(help="Kind of mismatch, as in the table; repeatable. Default: all."),
     ] = None,
     out: OutOption = None,
     json: JsonOption = None,

@@ -103,7 +103,7 @@ def tune(
 
 
 def _show_found(found: dict[str, Any]) -> None:
-    """Show what the gains reach in each setting and what they lose, on standard error."""
+    """Print the errors of the gains in each setting, and where they fail, on standard error."""
     from continuair.studies import number
 
     reached, lost = found["record"]["rms_px"], found["record"]["lost"]

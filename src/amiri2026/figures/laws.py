@@ -1,4 +1,4 @@
-"""How servoing laws look in figures."""
+"""Styles of servoing laws in figures."""
 
 from typing import Any
 

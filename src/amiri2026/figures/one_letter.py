@@ -94,7 +94,7 @@ def norm_difference_of(
 
 
 def _peaks(flights: xr.Dataset) -> str:
-    """How far ‖q̇‖ rises, at which bend, and how far the regular norm does."""
+    """Return a clause on the peak of ‖q̇‖, its bend, and the peak of the regular norm."""
     highest, bend, regular = 0.0, float("nan"), 0.0
     if _only_the_start(flights):
         return "The flights fail before a second sample"
@@ -118,14 +118,14 @@ def _peaks(flights: xr.Dataset) -> str:
 
 
 def _only_the_start(flights: xr.Dataset) -> bool:
-    """Whether no flight has a sample after that of its start."""
+    """Return whether no flight has a sample after that of its start."""
     bends = flights["bend"].transpose("model", "time", ...).to_numpy()
     seen = np.isfinite(bends).reshape(*bends.shape[:2], -1).all(-1)
     return bool(seen.sum(-1).max() < 2)
 
 
 def _ds_finding(letter: str, model: str, ds: Array, early: NDArray[np.bool_]) -> str:
-    """The largest |DS| before and after the end of the transient."""
+    """Return the largest |DS| before and after the end of the transient."""
     if np.isfinite(ds).sum() < 2:
         return f"Letter {letter}, {model} plant: a flight fails before a second sample"
     first, rest = ds[early], ds[~early]

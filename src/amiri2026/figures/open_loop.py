@@ -30,19 +30,19 @@ ACTS = {
     "C": "sinusoidal moments on the arm",
     "D": "a turning force at the tip",
 }
-"""What acts in each test."""
+"""Loads of each test."""
 
 _ZOOM = 0.5
 """Length of the part of a flight in which single swings can be seen [s]."""
 
 _PER_SWING = 4.0
-"""Least samples of a swing with which a spectrum tells its frequency, and no other in its place."""
+"""Least samples per period with which a spectrum resolves a frequency without aliasing."""
 
 
 def motion(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
-    """Return what moves of the tip over time, and below it each model's difference from coupled.
+    """Return a figure of the tip's motion over time, above each model's difference from coupled.
 
-    Positions [m], z beyond free fall, and attitude [deg]; what does not move is named in words.
+    Positions [m], z beyond free fall, and attitude [deg]; components at rest are listed in words.
     """
     moving, still = _moving(_tip(dataset))
     columns = min(3, max(1, len(moving)))
@@ -62,10 +62,10 @@ def motion(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figure:
 
 
 def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "", swing: float = 0.0) -> Figure:
-    """Return the bend over the first 0.5 s [1/m], and the amplitudes of its frequencies.
+    """Return a figure of the bend over the first 0.5 s [1/m], and of its amplitude spectrum.
 
-    swing: the arm's frequency in free fall [Hz], for which samples may be too coarse: then there
-    are no amplitudes, and the title says so.
+    swing: the arm's frequency in free fall [Hz]. If samples are too coarse for it, there are no
+    amplitudes, and the title says so.
     """
     moving, still = _moving(_bends(dataset))
     interval = float(dataset["time"][1] - dataset["time"][0])
@@ -103,7 +103,7 @@ def _bends(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
 
 
 def _spectra(axes: Any, dataset: xr.Dataset) -> str:
-    """Draw the spectra of the bend, and tell of their peaks."""
+    """Draw the spectra of the bend, and return a sentence on their peaks."""
     found = {model: _spectrum(axes, flight, model) for model, flight in _each(dataset)}
     axes.set(xlabel="frequency [Hz]", ylabel="amplitude of the bend [1/m]")
     axes.set_xlim(0.0, _highest(axes, found))
@@ -188,13 +188,13 @@ def spectral_peaks(peaks: dict[str, Peak | None]) -> str:
 
 
 def _unconverged(entries: dict[str, dict[str, Any]]) -> list[str]:
-    """A sentence on models whose flights have not converged; those that ended early are told of."""
+    """Return a sentence on models whose flights have not converged; early ends are elsewhere."""
     names = [name for name, each in entries.items() if not each["converged"] and not each["status"]]
     return [f"Not converged: {', '.join(names)}."] if names else []
 
 
 def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
-    """Label -> model -> values (time,) of the tip's position and attitude."""
+    """Return the label -> model -> values (time,) of the tip's position and attitude."""
     found: dict[str, dict[str, Array]] = {}
     fall = 0.5 * float(dataset.attrs["gravity"]) * dataset["time"].to_numpy() ** 2
     for model, flight in _each(dataset):
@@ -208,7 +208,7 @@ def _tip(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
 
 
 def _each(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
-    """Models and their flights."""
+    """Return models and their flights."""
     return [(str(model), dataset.sel(model=model)) for model in dataset["model"].to_numpy()]
 
 
@@ -219,7 +219,7 @@ def _others(dataset: xr.Dataset) -> list[str]:
 def _moving(
     quantities: dict[str, dict[str, Array]],
 ) -> tuple[dict[str, dict[str, Array]], str]:
-    """The quantities that change in any model's flight, and a sentence on the others."""
+    """Return the quantities that change in any model's flight, and a sentence on the others."""
     moving, still = {}, []
     for label, values in quantities.items():
         if any(np.nanmax(v) - np.nanmin(v) > STILL for v in values.values()):
@@ -269,7 +269,7 @@ def _spectrum(axes: Any, flight: xr.Dataset, model: str) -> Peak | None:
 
 
 def _highest(axes: Any, peaks: dict[str, Peak | None]) -> float:
-    """Where to end an axis of frequencies [Hz]: beyond clear peaks, and all largest amplitudes."""
+    """Return the end of an axis of frequencies [Hz], beyond clear peaks and largest amplitudes."""
     drawn = [line.get_xydata() for line in axes.lines]
     largest = [float(each[each[:, 1].argmax(), 0]) for each in drawn]
     clear = max((peak.hz for peak in peaks.values() if peak), default=25.0)
@@ -277,7 +277,7 @@ def _highest(axes: Any, peaks: dict[str, Peak | None]) -> float:
 
 
 def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
-    """Where the decoupled tip, or another's, differs most, or how far the coupled one's goes."""
+    """Return where the decoupled or another tip differs most, or how far the coupled one moves."""
     others = _others(dataset)
     model = "decoupled" if "decoupled" in others else (others or [REFERENCE])[0]
     texts = []
@@ -303,20 +303,20 @@ def _moved(dataset: xr.Dataset, moving: dict[str, dict[str, Array]]) -> str:
 
 
 def _followed(dataset: xr.Dataset, model: str) -> bool:
-    """Whether Euler angles tell the rotation between both tips."""
+    """Return whether Euler angles describe the rotation between both tips."""
     found = metrics_of(dataset.sel(model=REFERENCE), dataset.sel(model=model))
     return bool(np.isnan(found["angle_rad"]) or rotation_metric([found]) == "rmse_r_rad")
 
 
 def _apart(coupled: xr.Dataset, flight: xr.Dataset) -> tuple[Array, Array]:
-    """Distance [m] and angle [rad] between two tips, (time,)."""
+    """Return the distance [m] and angle [rad] between two tips, (time,)."""
     tips = [samples(one, "tip_position", "axis") for one in (coupled, flight)]
     turned = [samples(one, "tip_attitude", "quaternion") for one in (coupled, flight)]
     return np.linalg.norm(tips[1] - tips[0], axis=-1), geodesic_angle(*turned)
 
 
 def _coinciding(dataset: xr.Dataset) -> str:
-    """A sentence where the curves of the simpler models lie on top of each other."""
+    """Return a sentence where the curves of the simpler models lie on top of each other."""
     others = _others(dataset)
     if len(others) < 2:
         return ""

@@ -25,7 +25,7 @@ _PANELS = (
 """Metric, the number of the paper that it may be, and its label."""
 
 _NUMBERS: dict[str, Any] = {"fontsize": 5.5, "padding": 2, "rotation": 90}
-"""How the numbers on bars look."""
+"""Style of the numbers on bars."""
 
 _FAILED, _UNFOLLOWED = "failed", "lost"
 """In place of a number: of a flight that failed, and of Euler angles that samples do not follow."""
@@ -146,7 +146,7 @@ def _draw_table(axes: Any, rows: list[Any], tests: list[str], printed: bool) -> 
 
 
 def _digits(number: float) -> str:
-    """With four decimals, as the paper prints them, unless these would leave nothing of it."""
+    """Format with four decimals, as the paper does, unless the number would vanish."""
     return f"{number:.4f}" if number == 0.0 or number >= 1e-3 else f"{number:.1e}"
 
 
@@ -156,7 +156,7 @@ def _models(results: dict[str, Any]) -> list[str]:
 
 
 def _shown(results: dict[str, Any]) -> str:
-    """The model of the table: decoupled, as the paper's, where it was flown."""
+    """Return the model of the table: decoupled, as in the paper, if it was simulated."""
     models = _models(results)
     return "decoupled" if "decoupled" in models else models[0]
 
@@ -170,8 +170,7 @@ def _failed(entry: dict[str, Any]) -> bool:
 
 
 def _unfollowed(results: dict[str, Any]) -> str:
-    """What to say where flights that ended well have no Euler angles to compare, or none that tell
-    of rotation."""
+    """Return a note on flights whose Euler angles cannot be compared, or describe no rotation."""
     flown = [entry for entries in results["tests"].values() for entry in entries.values()]
     ended = [entry for entry in flown if not _failed(entry)]
     text = ""
@@ -183,7 +182,7 @@ def _unfollowed(results: dict[str, Any]) -> str:
 
 
 def _failures(results: dict[str, Any]) -> list[str]:
-    """A sentence on the flights that failed."""
+    """Return a sentence on the flights that failed."""
     named = [
         f"Test {letter}, {model} ({WORDS[entry['status']] if entry['status'] else 'no number'})"
         for letter, entries in results["tests"].items()
@@ -194,7 +193,7 @@ def _failures(results: dict[str, Any]) -> list[str]:
 
 
 def _largest(results: dict[str, Any]) -> str:
-    """In which test decoupling moves and turns the tip most."""
+    """Return in which test decoupling moves and turns the tip most."""
     model, texts = _shown(results), []
     flown = {letter: entries[model] for letter, entries in results["tests"].items()}
     flown = {letter: entry for letter, entry in flown.items() if not _failed(entry)}
@@ -212,7 +211,7 @@ def _largest(results: dict[str, Any]) -> str:
 
 
 def _nearness(results: dict[str, Any], printed: dict[str, Any]) -> str:
-    """How many of the printed numbers ours are near to, in each reading; else the largest."""
+    """Return how many printed numbers ours are close to, in each reading; else the largest."""
     if not printed:
         return _largest(results)
     model, counts = _shown(results), []

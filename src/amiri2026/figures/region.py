@@ -21,9 +21,10 @@ _DOT: dict[str, Any] = {"marker": "o", "ls": "", "mfc": "none"}
 
 
 def reaches(results: dict[str, Any], model: str, rate: float) -> Figure:
-    """Return, per direction and law, how far off starts may be, with a cross where flights fail.
+    """Return a figure of the farthest successful start per direction and law.
 
-    Of the starts that are bent besides; where the points are not in view there is no cross.
+    A cross marks the first failure. Only bent starts count; there is no cross if points are not in
+    view.
     """
     cases = {
         case["law"]: case["directions"]
@@ -87,8 +88,10 @@ def random_starts(results: dict[str, Any], flights: xr.Dataset, model: str, rate
 
 
 def yaws_off(q: xr.DataArray, centre: xr.DataArray) -> np.ndarray:
-    """By which starts q (start, coordinate) are turned about the vertical [rad], from a centre
-    (coordinate) that may be tilted, before they lean besides."""
+    """Return the angles by which starts q (start, coordinate) are turned about the vertical [rad].
+
+    They are measured from a centre (coordinate) that may be tilted, before any further tilt.
+    """
     at, to = (
         Rotation.from_euler("ZYX", each.sel(coordinate=["yaw", "pitch", "roll"]).to_numpy())
         for each in (q.transpose("start", "coordinate"), centre)
@@ -118,7 +121,7 @@ def _bar(axes: Any, place: float, law: str, entry: dict[str, Any]) -> None:
 
 
 def _farthest(cases: dict[str, Any], laws: list[str]) -> str:
-    """How far each law reaches to the side and in yaw."""
+    """Return a sentence on how far each law converges to the side and in yaw."""
     words = []
     for law in laws:
         reached = {each["direction"]: each["reached"] for each in cases[law]}

@@ -75,7 +75,7 @@ def _line(axes: Any, law: str, case: dict[str, Any], name: str, top: float, besi
 
 
 def _top(cases: dict[str, Any]) -> float:
-    """The largest error of all [px]."""
+    """Return the largest error of all [px]."""
     found = [
         each["rms_px"]
         for case in cases.values()
@@ -86,7 +86,7 @@ def _top(cases: dict[str, Any]) -> float:
 
 
 def _finding(cases: dict[str, Any], laws: list[str]) -> str:
-    """How many kinds of mistakes each law bears in all sizes that were tried."""
+    """Return a sentence on how many kinds of mismatch each law tolerates in all sizes tried."""
     words = []
     for law in laws:
         mistakes = cases[law]["mistakes"].values()

@@ -166,7 +166,7 @@ def _ended(axes: Any, sweep: dict[str, Any]) -> None:
 
 
 def _failures(results: dict[str, Any]) -> list[str]:
-    """A sentence on the values with flights that ended early."""
+    """Return a sentence on the values with flights that ended early."""
     named = []
     for name, sweep in results["sweeps"].items():
         ended = set(sweep["between"]["ended_early"])
@@ -182,7 +182,7 @@ def _failures(results: dict[str, Any]) -> list[str]:
 
 
 def _unconverged(results: dict[str, Any]) -> list[str]:
-    """A sentence on the values compared with flights that have not converged."""
+    """Return a sentence on the values compared with flights that have not converged."""
     named = [
         f"{name} {row['label']}"
         for name, sweep in results["sweeps"].items()
@@ -193,7 +193,7 @@ def _unconverged(results: dict[str, Any]) -> list[str]:
 
 
 def _left_out(results: dict[str, Any]) -> list[str]:
-    """A sentence on the values between that are left out, as they are not resolved."""
+    """Return a sentence on the values between that are left out, as they are not resolved."""
     named = [
         f"{len(sweep['between']['unresolved'])} of {name}"
         for name, sweep in results["sweeps"].items()
@@ -203,7 +203,7 @@ def _left_out(results: dict[str, Any]) -> list[str]:
 
 
 def _panels(figure: Figure, names: Any) -> list[tuple[Any, str]]:
-    """Three panels in a row."""
+    """Return three panels in a row."""
     rows = -(-len(names) // 3)
     panels = figure.subplots(rows, min(3, len(names)), squeeze=False, sharey=True).flat
     used = list(zip(panels, names, strict=False))
@@ -237,7 +237,7 @@ def _subtitle(results: dict[str, Any]) -> str:
 
 
 def _farthest(results: dict[str, Any], largest: dict[str, tuple[float, str]]) -> str:
-    """How far off the decoupled tip gets at values that are drawn, and between them."""
+    """Return how far the decoupled tip deviates at values drawn, and between them."""
     most = max(largest, key=lambda name: largest[name][0])
     drawn = f"{short(largest[most][0])} m off where it is drawn ({most} {largest[most][1]})"
     rms = {
@@ -259,7 +259,7 @@ def _farthest(results: dict[str, Any], largest: dict[str, tuple[float, str]]) ->
 
 
 def _scatter(results: dict[str, Any]) -> str:
-    """How far the decoupled error changes between neighbouring values."""
+    """Return how much the decoupled error changes between neighbouring values."""
     factors = {}
     for name, sweep in results["sweeps"].items():
         error = np.array(sweep["between"]["rmse_xy_m"][_SHOWN], float)

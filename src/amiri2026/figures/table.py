@@ -57,7 +57,7 @@ def _bars(axes: Any, heights: list[float], offset: float, colour: str, label: st
 
 
 def _finding(results: dict[str, Any], position: list[float]) -> str:
-    """The title: what the bars show, in numbers that are drawn."""
+    """Return the title: the finding in the bars, with its numbers."""
     most = OPEN_LOOP_TESTS[int(np.argmax(position))]
     normalised = OPEN_LOOP_TESTS[int(np.argmax(results["ours"][0]))]
     return (

@@ -181,7 +181,7 @@ def off_target(flight: xr.Dataset) -> Array:
 
 
 def _first(dataset: xr.Dataset) -> xr.Dataset:
-    """The flights of letter M, as in the paper's Figs. 5 and 6, or of the first letter."""
+    """Return the flights of letter M, as in the paper's Figs. 5 and 6, or of the first letter."""
     letters = _letters(dataset)
     return dataset.sel(letter="M" if "M" in letters else letters[0])
 
@@ -199,7 +199,7 @@ def _each(flights: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
 
 
 def _drawing(dataset: xr.Dataset) -> Callable[..., None]:
-    """How curves over time are drawn: as bands behind a camera with noise."""
+    """Return the style of curves over time: bands if the camera has noise."""
     return curves.band if curves.noisy(dataset) else curves.line
 
 
@@ -234,7 +234,7 @@ def _trace(axes: Any, flights: xr.Dataset) -> None:
 
 
 def _between(flights: xr.Dataset, model: str) -> Array:
-    """Distance between the cameras of a plant and of the coupled one (time,) [m]."""
+    """Return the distance between the cameras of a plant and of the coupled one (time,) [m]."""
     own, coupled = (
         samples(flights.sel(model=name), "camera_position", "axis") for name in (model, REFERENCE)
     )
@@ -252,20 +252,20 @@ def _ds(panels: Any, flights: xr.Dataset, model: str, draw: Callable[..., None])
 
 
 def _late(dataset: xr.Dataset, values: Array) -> float:
-    """The largest finite value (…, time) after the transient, NaN if there is none."""
+    """Return the largest finite value (…, time) after the transient, NaN if there is none."""
     late = values[..., dataset["time"].to_numpy() >= TRANSIENT]
     finite = late[np.isfinite(late)]
     return float(finite.max()) if finite.size else float("nan")
 
 
 def _largest(dataset: xr.Dataset, of: Callable[[xr.Dataset, str], Array], model: str) -> float:
-    """The largest of a quantity of all letters and a plant, after the transient."""
+    """Return the largest of a quantity of all letters and a plant, after the transient."""
     found = [_late(dataset, of(dataset.sel(letter=letter), model)) for letter in _letters(dataset)]
     return max((value for value in found if np.isfinite(value)), default=float("nan"))
 
 
 def _traced(dataset: xr.Dataset) -> str:
-    """How far, after the transient, the plants are apart and off the target."""
+    """Return a sentence on distances between plants and from the target after the transient."""
     off = {m: _largest(dataset, _off, m) for m, _ in _each(dataset)}
     apart = {m: _largest(dataset, _between, m) for m in _others(dataset)}
     strays, words = (
@@ -279,7 +279,7 @@ def _traced(dataset: xr.Dataset) -> str:
 
 
 def _erred(dataset: xr.Dataset) -> str:
-    """How large ‖e‖ and |DS| are after the transient, by plant."""
+    """Return a sentence on ‖e‖ and |DS| after the transient, by plant."""
     errors = {m: _largest(dataset, _norms, m) for m, _ in _each(dataset)}
     words = {m: f"{short(error)} px" for m, error in errors.items() if np.isfinite(error)}
     if not words:
@@ -300,7 +300,7 @@ def _norms(flights: xr.Dataset, model: str) -> Array:
 
 
 def _seen(flights: xr.Dataset) -> str:
-    """How near the points come, and whether they stay in the image."""
+    """Return a sentence on how close the points come, and whether they stay in the image."""
     pairs = flights["feature_error"].transpose(..., "pixel", "time").to_numpy()
     pairs = pairs.reshape(*pairs.shape[:-2], -1, 2, pairs.shape[-1])
     error = np.linalg.norm(pairs, axis=-2)
@@ -314,7 +314,7 @@ def _seen(flights: xr.Dataset) -> str:
 
 
 def _bounded(flight: xr.Dataset, bound: float) -> str:
-    """How far below the proof's bound the error stays, and how often the paper's V rises."""
+    """Return a sentence on the error below the proof's bound, and on rises of the paper's V."""
     reached = _late(flight, flight["servo_error"].to_numpy())
     steps = np.diff(flight["lyapunov_paper"].to_numpy())
     if not np.isfinite(reached):

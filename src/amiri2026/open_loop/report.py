@@ -60,7 +60,7 @@ def label(letter: str, arm: str, model: str) -> list[str]:
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, those of the preset `paper` beside what the paper prints."""
+    """Return the results in Markdown, those of the preset `paper` beside the printed ones."""
     lines = [
         f"# Open-loop tests, vehicle {results['vehicle']['name']}",
         "",
@@ -109,7 +109,7 @@ def remarks(results: dict[str, Any]) -> list[str]:
 
 
 def of_angles(results: dict[str, Any]) -> list[str]:
-    """A sentence where Euler angles tell of no rotation."""
+    """Return a sentence if Euler angles do not describe the rotation."""
     return of_overstated_angles(
         (f"Test {letter}, {_of(arm)}{model}", entry)
         for letter, arm, model, entry in rows(results)
@@ -135,7 +135,7 @@ def _of(arm: str) -> str:
 
 
 def _kappa_s_table(results: dict[str, Any]) -> list[str]:
-    """Test C with other kappa_s, beside what is reported."""
+    """Return Test C with other kappa_s, beside the reported result."""
     if not results["kappa_s"]:
         return []
     own = told_kappa_s(vehicle_of_run(results["vehicle"], None))

@@ -1,7 +1,7 @@
-"""The open-loop tests A to D of Amiri et al.: how far simpler models are from the coupled one.
+"""The open-loop tests A to D of Amiri et al.: differences of simpler models from the coupled one.
 
-Every flight is simulated again within a tenth of its tolerance, so that a difference between models
-can be told from an error of the integration.
+Every run is repeated within a tenth of its tolerance, so that a difference between models can be
+told apart from an error of the integration.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from continuair.analysis import (
 from continuair.kernels import REFERENCE
 from continuair.progress import Progress, Steps
 from continuair.studies import by_model
+from continuair.typing import Model
 from continuair.vehicle import check_has_arms, check_single_vehicle, is_paper
 from continuair.warning import untold
 
@@ -39,7 +40,7 @@ PRINTED = {
     "C": {"nrmse_t": 0.3576, "nrmse_r": 0.5369},
     "D": {"nrmse_t": 0.2464, "nrmse_r": 0.3002},
 }
-"""What Amiri et al. print for coupled against decoupled; the vehicle's parameters are not."""
+"""Printed errors of decoupled against coupled, Amiri et al.; the parameters are not printed."""
 
 NOTE = (
     "Amiri et al. print neither the vehicle's parameters nor the reading of the metric behind "
@@ -119,16 +120,16 @@ def _as_printed(vehicle: Vehicle, letters: Sequence[str], models: Sequence[str],
 
 
 class _Flights:
-    """Simulates all chosen models, and tells how many of the flights are done."""
+    """Simulates all chosen models, and reports progress."""
 
-    def __init__(self, progress: Progress | None, models: Sequence[str], rounds: int) -> None:
+    def __init__(self, progress: Progress | None, models: Sequence[Model], rounds: int) -> None:
         self.models = models
         self._steps = Steps(progress, rounds * len(models))
 
     @untold("error_estimate")
     def fly(self, vehicle: Vehicle, scenario: Scenario, note: str = "") -> Flown:
-        """Trajectories of all models."""
-        flown = {}
+        """Return trajectories of all models."""
+        flown: Flown = {}
         for model in self.models:
             self._steps.begin(f"{scenario.name}{note}, {model}")
             flown[model] = simulate(
@@ -153,7 +154,7 @@ def _of_arms(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> dict[str, En
 
 
 def _entries(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> Entries:
-    """Entries with the reason why a flight has not converged."""
+    """Return entries with the reason why a flight has not converged."""
     entries = entries_of(flown, float(vehicle.reach))
     for model, entry in entries.items():
         entry["reason"] = _reason(entry, scenario, vehicle, flown[model])
@@ -163,14 +164,14 @@ def _entries(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> Entries:
 
 
 def _is_singular(scenario: Scenario) -> bool:
-    """Tell whether Q_psi_a acts, which is divided by the bend."""
+    """Return whether Q_psi_a acts, which is divided by the bend."""
     return callable(scenario.tau)
 
 
 def _reason(
     entry: dict[str, Any], scenario: Scenario, vehicle: Vehicle, dataset: xr.Dataset
 ) -> str:
-    """Say why a flight has not converged; nothing if it has."""
+    """Return why a flight has not converged; nothing if it has."""
     if entry["converged"]:
         return ""
     if entry["status"]:

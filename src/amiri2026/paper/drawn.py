@@ -1,7 +1,7 @@
-"""Vehicles drawn from what the paper leaves open, flown in its open-loop tests.
+"""Random vehicles within the paper's unstated parameters, in its open-loop tests.
 
-The paper prints no table of parameters. What it says of Tests A to D is therefore judged by its
-preset, and by whether it holds for most vehicles that it could have flown.
+The paper prints no table of parameters. Its statements on Tests A to D are therefore judged with
+its preset, and by whether they hold for most vehicles that it could have used.
 """
 
 from __future__ import annotations
@@ -50,12 +50,12 @@ class Drawn:
     length: Array
 
     def share(self, holds: Array) -> float:
-        """The share of the vehicles for which something holds."""
+        """Return the share of the vehicles for which something holds."""
         return float(np.mean(holds))
 
 
 def fly_drawn(vehicle: Vehicle) -> Drawn:
-    """Fly Tests A to D, and what excites the UAV otherwise, with VEHICLES vehicles."""
+    """Simulate Tests A to D, and other excitations of the UAV, with VEHICLES vehicles."""
     drawn = vehicle.replace(draw(vehicle))
     found = {name: _fly(drawn, each) for name, each in _scenarios().items()}
     well = np.all([_well(each) for each in found.values()], axis=0)
@@ -71,7 +71,7 @@ def fly_drawn(vehicle: Vehicle) -> Drawn:
 
 
 def error_under_a_moment(vehicle: Vehicle) -> float:
-    """RMSE of a vehicle's decoupled tip with the moment on its UAV [m]; NaN as of what is drawn."""
+    """Return the RMSE of a vehicle's decoupled tip with the moment on its UAV [m], or NaN."""
     found = _fly(vehicle, _scenarios()[MOMENT_ON_UAV])
     error = found["rmse_t_m"].sel(model="decoupled").where(_well(found))
     return float(error.item())
@@ -88,7 +88,7 @@ def _well(found: xr.Dataset) -> Array:
 
 
 def _rotation(euler: dict[str, Array], angle: dict[str, Array]) -> dict[str, Array]:
-    """Errors in rotation by test, each vehicle's of one kind."""
+    """Return errors in rotation by test, each vehicle's of one kind."""
     of_euler = np.all([tells_rotation(euler[name], angle[name]) for name in euler], axis=0)
     return {name: np.where(of_euler, euler[name], angle[name]) for name in euler}
 

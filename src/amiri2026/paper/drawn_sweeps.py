@@ -15,6 +15,7 @@ from amiri2026.sensitivity.task import PARAMETERS
 from continuair import Vehicle
 from continuair.flight import RESOLVED
 from continuair.kernels import PLANTS, REFERENCE
+from continuair.typing import Model
 
 Array = np.ndarray
 
@@ -28,11 +29,11 @@ come out lower, such as by 8 % for `table1`, but the claims are about much large
 
 @dataclass(frozen=True)
 class DrawnSweep:
-    """A parameter at the paper's values for each vehicle drawn; vehicles lie along the first axis.
+    """A parameter at the paper's values for each random vehicle; vehicles lie along the first axis.
 
     fields: of the vehicles, before the parameter is varied. measured: (vehicles, values), the keys
-    of `measures`, and "error", the horizontal RMSE of the decoupled tip [m] where that was flown.
-    usable: (vehicles,), flown to the end at all values, and resolved.
+    of `measures`, and "error", the horizontal RMSE of the decoupled tip [m] where available.
+    usable: (vehicles,), simulated to the end at all values, and resolved.
     """
 
     fields: dict[str, Array]
@@ -44,7 +45,7 @@ def fly_drawn_sweep(
     vehicle: Vehicle,
     name: str,
     *,
-    models: Sequence[str] = PLANTS,
+    models: Sequence[Model] = PLANTS,
     hertz: bool = False,
     straight: bool = False,
 ) -> DrawnSweep:

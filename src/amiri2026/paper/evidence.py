@@ -1,4 +1,4 @@
-"""What sentences of the paper are judged by: its studies, each run when a sentence first asks."""
+"""Evidence for the sentences of the paper: studies, each run when a sentence first needs it."""
 
 from __future__ import annotations
 
@@ -41,23 +41,22 @@ what is there."""
 
 
 class NotFlown(Exception):
-    """What a sentence asks for is left out of a quick run."""
+    """The evidence for a sentence is left out of a quick run."""
 
 
 class CannotBeFlown(Exception):
-    """The vehicle does not fly what a sentence asks for, for a reason in a sentence."""
+    """The vehicle cannot be simulated for a sentence, for a reason in a sentence."""
 
 
 class Evidence:
     """Studies of a vehicle; each runs once, when it is first read.
 
-    vehicle: taken as the paper has it, without rotors and drag and with a perfect camera, and says
-    so.
-    quick: without the second reading of f, the settings but the nominal one and the letters but M;
-    what is left out raises NotFlown. progress: called with (done, total, what) by each study. keep:
-    called with its name and result when one has run. before_timing: called before times are taken,
-    to end what else is under way. Raises InputError for a batched vehicle, and for
-    one without a radius.
+    vehicle: modified as in the paper, without rotors and drag and with a perfect camera, with a
+    note. quick: without the second reading of f, the settings but the nominal one and the letters
+    but M; missing evidence raises NotFlown. progress: called with (done, total, what) by each
+    study. keep: called with its name and result when one has run. before_timing: called before
+    times are measured, to end other work. Raises InputError for a batched vehicle, and for one
+    without a radius.
     """
 
     def __init__(
@@ -143,7 +142,7 @@ class Evidence:
 
     @cached_property
     def drawn(self) -> Drawn:
-        """Tests A to D with vehicles drawn from what the paper leaves open."""
+        """Tests A to D with random vehicles within the paper's unstated parameters."""
         return fly_drawn(self.vehicle)
 
     @cached_property
@@ -158,7 +157,7 @@ class Evidence:
 
 
 def _flown(fly: Callable[..., Any], *of: Any, **how: Any) -> Any:
-    """What a study gives; raises CannotBeFlown where it refuses the vehicle."""
+    """Return the result of a study; raises CannotBeFlown if it refuses the vehicle."""
     try:
         return fly(*of, **how)
     except InputError as error:
@@ -166,7 +165,7 @@ def _flown(fly: Callable[..., Any], *of: Any, **how: Any) -> Any:
 
 
 def _as_in_the_paper(vehicle: Vehicle) -> Vehicle:
-    """The vehicle as sentences are about it: of one section, a round rod, and _IDEAL."""
+    """Return the vehicle as sentences are about it: of one section, a round rod, and _IDEAL."""
     rod = as_rod(check_one_section(vehicle))
     other = [name for name, value in _IDEAL.items() if attrgetter(name)(rod) != value]
     if other:

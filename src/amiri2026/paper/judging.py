@@ -1,4 +1,4 @@
-"""Who judges which sentence of the paper, and what a verdict holds."""
+"""The judge of each sentence of the paper, and the content of a verdict."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def chosen_sentences(only: Iterable[str] | None = None) -> list[str]:
 
 
 def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
-    """Yield what each sentence claims, its verdict, evidence and numbers."""
+    """Yield each sentence's claim, verdict, evidence and numbers."""
     listed = sentences()
     for name in names:
         sentence = listed[name]
@@ -74,7 +74,7 @@ def judge(names: Iterable[str], evidence: Evidence) -> Iterator[dict[str, Any]]:
 
 
 def _described(found: Judgement) -> dict[str, Any]:
-    """A judgement as JSON holds it."""
+    """Return a judgement in types of JSON."""
     cases = [
         {"vehicle": case.vehicle, "reading": case.reading, "verdict": case.found.verdict,
          "evidence": case.found.evidence}

@@ -1,4 +1,4 @@
-"""The first screen of the report: what the paper found, what holds, and what it means."""
+"""The first screen of the report: the paper's findings, which of them hold, and their meaning."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ FLOWN_IN = dict.fromkeys(
     "In this part the decoupled model has the blocks of M and C between UAV and arm zero; the "
     "paper sets every off-diagonal element to zero.",
 )
-"""Part of the paper -> what its sentences are flown with."""
+"""Part of the paper -> the setting of its sentences."""
 
 CLASSES_EXPLAINED = (
     "*Wrong as printed*: an equation, unit, sign or statement to which a counterexample is given, "
@@ -57,7 +57,7 @@ _VERBS = {
     UNTESTABLE: ("cannot be tested here", "cannot be tested here"),
     UNDECIDED: ("has two views that disagree", "have two views that disagree"),
 }
-"""What one sentence with a verdict does, and what several do."""
+"""Verb of one sentence with a verdict, and of several."""
 
 
 def overview(results: dict[str, Any]) -> list[str]:
@@ -72,7 +72,7 @@ def overview(results: dict[str, Any]) -> list[str]:
 
 
 def counted(results: dict[str, Any]) -> str:
-    """Return how many sentences got which verdict, in a sentence, and what verdicts mean."""
+    """Return a sentence with the counts of verdicts, and what verdicts mean."""
     return f"{summary(results)} {CLASSES_EXPLAINED} {FLOWN}"
 
 
@@ -88,7 +88,7 @@ def summary(results: dict[str, Any]) -> str:
 
 
 def advice(results: dict[str, Any]) -> list[str]:
-    """Return the lines on what that means for a user, with the numbers of this run."""
+    """Return lines on the consequences for a user, with the numbers of this run."""
     found = results["table1"]
     block = next(entry for entry in found["ablations"] if "only the blocks" in entry["change"])
     pairs = ", ".join(

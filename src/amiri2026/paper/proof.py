@@ -50,7 +50,7 @@ REST = Target(np.zeros(6), np.zeros(6), np.zeros(6))
 
 @dataclass(frozen=True)
 class State:
-    """What V̇ needs of a state, whatever the gains: e (2n,), J_L, L and their rates, M and C q̇.
+    """Quantities of a state in V̇, for any gains: e (2n,), J_L, L and their rates, M and C q̇.
 
     qd: (8,), the rates of the paper's coordinates.
     """
@@ -112,7 +112,7 @@ def motion(at: State, gains: dict[str, Any]) -> Motion:
     e_dotdot = of_target - at.J @ qdd - at.J_rate @ at.qd
     e_a_rate = Cd @ e_dotdot + slope_of_e_a(at, gains) @ e_dot
     kinetic = 0.5 * at.qd @ at.M @ at.qd
-    # Ṁ - 2C is skew, so that the kinetic energy grows by the power of the push.
+    # Ṁ - 2C is skew, so that the kinetic energy grows by the power of the actuators.
     rate = at.qd @ push + e_a @ Kp @ e_a_rate
     return Motion(float(kinetic + 0.5 * e_a @ Kp @ e_a), float(rate), qdd, v_c, e_dot, e_a)
 
@@ -155,8 +155,8 @@ def largest_lambda(of: Motion, gains: dict[str, Any], r: Array | None = None) ->
 def sound_rate(at: State, of: Motion, gains: dict[str, Any]) -> float:
     """Return the rate [W] of ½ q̇ᵀM q̇ + ½ eᵀK_pC_p e + Σ (K_pC_s)_ii σ ln cosh(e_i/σ).
 
-    For K_pC_p symmetric and K_pC_s diagonal. By the power of the push and the slope of the
-    potential, with q̈ of the motion.
+    For K_pC_p symmetric and K_pC_s diagonal. It is the power of the actuators and the derivative of
+    the potential, with q̈ of the motion.
     """
     kinetic = at.qd @ (at.M @ of.qdd + at.coriolis)
     force = gains["Cp"] @ at.e + gains["Cs"] @ np.tanh(at.e / gains["sigma"])
@@ -212,9 +212,9 @@ class Course:
 
 
 def r_residuals(course: Course, desired: Array, gains: dict[str, Any]) -> tuple[float, float]:
-    """Return what the printed and the corrected r leave of the target's part of ė_a, relative.
+    """Return relative residuals of the printed and the corrected r in the target's part of ė_a.
 
-    The target's part is the slope of e_a, whose ė is the slope of the projected points' e, less
+    The target's part is the derivative of e_a, whose ė is that of the projected points' e, minus
     the camera's part of Eq. (12) in it.
     """
 

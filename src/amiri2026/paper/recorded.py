@@ -25,7 +25,7 @@ def recorded() -> dict[str, Any]:
 
 
 def as_recorded(results: dict[str, Any]) -> dict[str, Any]:
-    """Return what is recorded of a run: no times, which are of one machine."""
+    """Return the recorded part of a run: without times, which are of one machine."""
     kept = ["id", "quote", "claims", "criterion", "verdict", "evidence", "correction", "note"]
     kept += ["cases", "numbers"]
     entries = [{key: entry[key] for key in kept} for entry in results["sentences"]]
@@ -69,12 +69,12 @@ def _differences(entry: dict[str, Any], known: dict[str, Any] | None) -> list[st
 
 
 def _is_busy(entry: dict[str, Any]) -> bool:
-    """Tell whether times could not decide: a busy machine scatters them."""
+    """Return whether times could not decide, as on a busy machine."""
     return bool(entry.get("times")) and entry["verdict"] == UNDECIDED
 
 
 def is_found_again(name: str, found: float | None, wanted: float | None) -> bool:
-    """Tell whether a number is the recorded one, within its tolerance."""
+    """Return whether a number agrees with the recorded one, within its tolerance."""
     if found is None or wanted is None or not (math.isfinite(found) and math.isfinite(wanted)):
         return found == wanted
     scaleless = any(word in name for word in _SCALELESS)

@@ -50,7 +50,7 @@ def table(results: dict[str, Any], part: str) -> list[str]:
 
 
 def meaning(verdict: str) -> str:
-    """Return what a verdict means, such as "wrong as printed"."""
+    """Return the meaning of a verdict, such as "wrong as printed"."""
     return CLASSES.get(verdict, verdict)
 
 

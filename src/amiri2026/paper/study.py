@@ -1,4 +1,4 @@
-"""The paper, sentence by sentence: what each claims, and what comes out."""
+"""The paper, sentence by sentence: claims and verdicts."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def paper(
 ) -> dict[str, Any]:
     """Judge the sentences of the paper by a vehicle; return them with verdicts, JSON-able.
 
-    only: ids of sentences or parts of the paper, such as "III-C.8" or "IV-B". quick: without what
-    takes long, so that some are not judged. progress, keep, before_timing: as for Evidence. Studies
-    run when a sentence first asks for them. Raises InputError.
+    only: ids of sentences or parts of the paper, such as "III-C.8" or "IV-B". quick: without long
+    studies, so that some are not judged. progress, keep, before_timing: as for Evidence. Studies
+    run when a sentence first needs them. Raises InputError.
     """
     names = chosen_sentences(only)
     evidence = Evidence(

@@ -1,6 +1,6 @@
-"""Flights under the paper's Theorem 1: gains that fulfil it, from starts near and far.
+"""Flights under the paper's Theorem 1: gains that satisfy it, from starts near and far.
 
-Three points, as 6×6 gains ask for; continuous control, all of G cancelled, an arm without damping,
+Three points, as 6×6 gains require; continuous control, all of G cancelled, an arm without damping,
 as in Eq. (10), and an image without an edge. The paper prints no gains, no points and no starts.
 """
 
@@ -23,7 +23,7 @@ Array = np.ndarray
 Gains = dict[str, Any]
 
 POINTS, SIZE = 3, 6
-"""N points, and the rows of the image and of the gains that they ask for."""
+"""Number of points, and of rows of the image and of the gains."""
 
 BANDWIDTH = 2.0
 """Of the gains that are made for the image [rad/s]: their slowest motion decays at 1 1/s."""
@@ -70,7 +70,7 @@ LEAST_BEND = 0.02
 """Of every start, as ψa has no meaning for a straight arm [1/m]."""
 
 LAST = 0.2
-"""Share of a flight in which what remains is read."""
+"""Final share of a flight in which the remaining error is evaluated."""
 
 _UPRIGHT = 1e-3
 """Cosine of the pitch below which the matrices of the paper's coordinates are singular."""
@@ -114,10 +114,10 @@ class Flown:
 
 @dataclass(frozen=True, eq=False)
 class Theorem:
-    """What was flown, the gains drawn, and how fast errors grow with each [1/s].
+    """The flights, the random gains, and the growth rates of errors with each [1/s].
 
-    vehicle: as flown, undamped and its image without an edge. target: the one at rest. steady: the
-    gains made for the image before a target with constant velocity. sound: gains drawn under the
+    vehicle: undamped and its image without an edge. target: the one at rest. steady: the gains
+    designed for the image of a target with constant velocity. sound: gains drawn under the
     conditions of the sound statement, with their growth.
     """
 
@@ -155,9 +155,8 @@ def fly_theorem(vehicle: Vehicle) -> Theorem:
     still, moving = Target(paths.hold(), triangle()), Target(paths.circle(0.1, 10.0), triangle())
     if abs(np.cos(desired_pose(vehicle, still)[4])) < _UPRIGHT:
         raise InputError(
-            f"camera.attitude is {shown(vehicle.camera.attitude)}, with which the UAV pitches by a "
-            "quarter turn to see the target of Theorem 1, where its Euler angles have no rates; "
-            "give a camera that looks along the arm."
+            f"camera.attitude is {shown(vehicle.camera.attitude)}, which pitches the UAV by 90° "
+            "to see the target, where Euler rates are singular; give a camera along the arm."
         )
     rng = np.random.default_rng(SEED)
     drawn, sound = ([draw(rng) for _ in range(DRAWS)] for draw in (draw_gains, draw_sound_gains))
@@ -186,13 +185,13 @@ def straight_on() -> paths.Path:
 
 
 def triangle(radius: float = 0.4) -> Array:
-    """Three points (3, 3) around a centre, level [m]."""
+    """Return three points (3, 3) around a centre, level [m]."""
     angle = np.pi / 2 + 2.0 * np.pi / 3.0 * np.arange(POINTS)
     return radius * np.column_stack([np.cos(angle), np.sin(angle), 0.0 * angle])
 
 
 def draw_gains(rng: np.random.Generator) -> Gains:
-    """Symmetric positive definite gains (6, 6) at random."""
+    """Return symmetric positive definite gains (6, 6) at random."""
     gains = {name: positive_definite(rng, *between) for name, between in RANGES.items()}
     return gains | {"sigma": SIGMA}
 
@@ -213,16 +212,16 @@ def draw_sound_gains(rng: np.random.Generator) -> Gains:
 
 
 def positive_definite(rng: np.random.Generator, least: float, largest: float) -> Array:
-    """A matrix (6, 6) with eigenvalues in that range, log-uniform, in random directions."""
+    """Return a matrix (6, 6) with eigenvalues in that range, log-uniform, in random directions."""
     axes, _ = np.linalg.qr(rng.normal(size=(SIZE, SIZE)))
     A = (axes * np.exp(rng.uniform(np.log(least), np.log(largest), SIZE))) @ axes.T
     return np.asarray((A + A.T) / 2.0)
 
 
 def made_gains(vehicle: Vehicle, target: Target) -> Gains:
-    """Gains of `design` for the desired image, with all directions alike."""
-    found = design(
-        vehicle, BANDWIDTH, conditioning=0.0, desired=target.desired, distance=target.depths
+    """Return gains of `design` for the desired image, with all directions alike."""
+    found: dict[str, object] = dict(
+        design(vehicle, BANDWIDTH, conditioning=0.0, desired=target.desired, distance=target.depths)
     )
     one = np.eye(SIZE)
     gains = {name: np.asarray(found[name]) for name in RANGES}
@@ -231,7 +230,7 @@ def made_gains(vehicle: Vehicle, target: Target) -> Gains:
 
 
 def growth(vehicle: Vehicle, target: Target, gains: Gains) -> float:
-    """The fastest growth [1/s] of a small e about the desired image, below 0 if all decay.
+    """Return the fastest growth [1/s] of a small e about the desired image, below 0 if all decay.
 
     From ë + Λ(K_pC_d + K_d)ė + ΛK_p(C_p + C_s/σ)e = 0, Λ = J_L M⁻¹ J_Lᵀ, the law substituted into
     Eq. (10) where the target and the vehicle rest.
@@ -247,7 +246,7 @@ def growth(vehicle: Vehicle, target: Target, gains: Gains) -> float:
 
 
 def desired_pose(vehicle: Vehicle, target: Target) -> Array:
-    """q (8,) of a vehicle that sees the desired image, its arm straight but for a hair."""
+    """Return q (8,) of a vehicle that sees the desired image, its arm straight but for a hair."""
     q = np.zeros(8)
     q[:3], q[3:6] = facing(vehicle, target.path([0.0])[0][0], target.distance)
     q[6] = 1e-2 / vehicle.arm.length
@@ -255,7 +254,7 @@ def desired_pose(vehicle: Vehicle, target: Target) -> Array:
 
 
 def starts(vehicle: Vehicle, target: Target) -> tuple[Array, Array]:
-    """q and q̇ (starts, 8), from near to far of where the desired image is seen, along with it."""
+    """Return q and q̇ (starts, 8), from near to far of the desired pose, moving with it."""
     rng = np.random.default_rng(SEED)
     q = desired_pose(vehicle, target) + offsets(rng, np.linspace(0.1, 1.0, STARTS))
     qd = np.zeros((STARTS, 8))
@@ -264,7 +263,7 @@ def starts(vehicle: Vehicle, target: Target) -> tuple[Array, Array]:
 
 
 def offsets(rng: np.random.Generator, sizes: Array) -> Array:
-    """Random offsets (n, 8) of q, at most OFFSETS times the sizes (n,); the bend is off one way."""
+    """Return random offsets (n, 8) of q up to OFFSETS times sizes (n,); one way in the bend."""
     found = rng.uniform(-1.0, 1.0, (len(sizes), 8)) * OFFSETS
     found[:, :7] *= sizes[:, None]
     found[:, 6] = LEAST_BEND + np.abs(found[:, 6])
@@ -306,10 +305,10 @@ def fly(
 def resolved_flights(
     vehicle: Vehicle, scenario: Scenario, sample: float
 ) -> tuple[xr.Dataset, Array]:
-    """Flights, and which (starts,) of them are resolved.
+    """Return flights, and which (starts,) of them are resolved.
 
-    A flight is if its error_estimate is small, or if it ends early at the same time within a tenth
-    of the tolerance: what it does last is faster than any step.
+    A flight is resolved if its error_estimate is small. It also is if it ends early at the same
+    time within a tenth of the tolerance, as its final motion is faster than any step.
     """
 
     @untold("error_estimate")
@@ -331,13 +330,13 @@ def resolved_flights(
 
 
 def _end_alike(*flights: xr.Dataset) -> Array:
-    """Which runs end early in both flights, at the same time."""
+    """Return which runs end early in both flights, at the same time."""
     early = np.all([flight["status"].to_numpy() != 0 for flight in flights], axis=0)
     first, second = (flight["end_time"].to_numpy() for flight in flights)
     return np.asarray(early & (np.abs(second - first) <= ALIKE * second))
 
 
 def in_the_end(flight: xr.Dataset) -> Array:
-    """Which samples (time,) are in the last part."""
+    """Return which samples (time,) are in the last part."""
     time = flight["time"].to_numpy()
     return np.asarray(time >= (1.0 - LAST) * time[-1])

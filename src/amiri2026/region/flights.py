@@ -8,6 +8,7 @@ import numpy as np
 
 from continuair import Controller, Scenario, Target, Vehicle, paths, simulate
 from continuair.progress import Steps
+from continuair.typing import Model
 from continuair.warning import untold
 
 Array = np.ndarray
@@ -26,7 +27,7 @@ class Case:
     """A law, the plant that it flies on, and its control rate [Hz]."""
 
     law: str
-    model: str
+    model: Model
     rate: float
 
     def __str__(self) -> str:
@@ -34,21 +35,23 @@ class Case:
 
 
 def kept_of(vehicle: Vehicle) -> tuple[str, ...]:
-    """What is kept of a flight: its status, when it ended [s], its largest feature error at the end
-    [px], NaN of one that ended early, its error estimate, and the most that rotors, if there are
-    any, were asked for beyond their limits."""
+    """Return the recorded values of a flight.
+
+    They are its status, its end [s], its final largest feature error [px] (NaN if it ended early),
+    its error estimate, and the largest command to rotors, if any, beyond their limits.
+    """
     saturation = () if vehicle.uav.rotors is None else ("largest_saturation",)
     return ("status", "end_time", "error", "error_estimate", *saturation)
 
 
 def batches(runs: int) -> list[slice]:
-    """Runs that fly at once, after each of which progress is told."""
+    """Yield runs that are simulated at once; progress is reported after each."""
     return [slice(first, first + _AT_ONCE) for first in range(0, runs, _AT_ONCE)]
 
 
 @untold("error_estimate")
 def fly(vehicle: Vehicle, case: Case, law: Controller, q: Array, steps: Steps) -> Array:
-    """Fly a law from starts q (runs, 8) at rest; what is kept of each flight (kept, runs)."""
+    """Simulate a law from starts q (runs, 8) at rest; return the recorded values (kept, runs)."""
     found = []
     for batch in batches(len(q)):
         steps.begin(str(case))

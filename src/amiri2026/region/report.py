@@ -43,24 +43,26 @@ def _failures(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def name_of(case: dict[str, Any]) -> str:
-    """A case in words."""
+    """Return a case in words."""
     return f"{case['law']}, {case['model']}, {case['rate_hz']:g} Hz"
 
 
 def reach(entry: dict[str, Any]) -> str:
-    """How far a law reaches in a direction, and what is beyond: nothing tried, a failure, or starts
-    with points out of view."""
+    """Return how far a law converges in a direction, and the reason of the limit.
+
+    Beyond may be nothing tried, a failure, or starts with points out of view.
+    """
     return in_words(entry, "", "not {}" if entry["in_view"] else "all in view")
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, with what they rest on and the starts that fail."""
+    """Return the results in Markdown, with their basis and the starts that fail."""
     failed = [line for case in results["cases"] for line in _listed(case)]
     return "\n".join([*summary(results), *failed]) + "\n"
 
 
 def summary(results: dict[str, Any]) -> list[str]:
-    """Return the lines of what is reached."""
+    """Return lines on how far each law converges."""
     return [
         f"# Region of operation, vehicle {results['vehicle']['name']}",
         "",
@@ -112,7 +114,7 @@ def _shares(results: dict[str, Any]) -> list[str]:
 
 
 def _saturated(results: dict[str, Any]) -> list[str]:
-    """A sentence about the cases in which rotors are asked for more than they give."""
+    """Return a sentence about the cases in which rotors saturate."""
     cases = [
         f"{each['saturated']} flights of {name_of(each)}"
         for each in results["cases"]
@@ -122,7 +124,7 @@ def _saturated(results: dict[str, Any]) -> list[str]:
 
 
 def _listed(case: dict[str, Any]) -> list[str]:
-    """The first failures of a case, with their reasons."""
+    """Return the first failures of a case, with their reasons."""
     failures = case["random"]["failures"]
     lines = [f"* {each}." for each in _first_failures(case["directions"])]
     for each in failures[:_LISTED]:

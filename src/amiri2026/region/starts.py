@@ -19,7 +19,7 @@ Array = np.ndarray
 
 _DEGREE = np.pi / 180.0
 _TRIES = 100
-"""Random starts that are drawn for each that is asked for, at most."""
+"""Largest number of random draws per start."""
 
 _STEEPEST = np.pi / 3.0
 """Tilt with which a vehicle may have to face the target, at most [rad]."""
@@ -73,11 +73,11 @@ RANDOM = "random"
 
 
 def starts(vehicle: Vehicle, target: Target, runs: int, seed: int) -> xr.Dataset:
-    """All starts q (start, coordinate), at rest, whether all points are in view there, and the
-    centre (coordinate) that they are off from.
+    """Return all starts q (start, coordinate), at rest, with visibility and centre.
 
-    Coordinates of `start`: direction, off_by in its unit, and start_bend [1/m]; NaN of the random
-    ones. Raises InputError if the camera sees too little for them.
+    Visibility is whether all points are in view there; starts are offset from the centre
+    (coordinate). Coordinates of `start`: direction, off_by in its unit, and start_bend [1/m]; NaN
+    of the random ones. Raises InputError if the camera's view is too small for them.
     """
     centre = centred(vehicle, target)
     bent = along_x(vehicle, centre[3:6])
@@ -104,7 +104,7 @@ def starts(vehicle: Vehicle, target: Target, runs: int, seed: int) -> xr.Dataset
 
 
 def centred(vehicle: Vehicle, target: Target) -> Array:
-    """The start (8,) whose image is the desired one, the arm straight.
+    """Return the start (8,) whose image is the desired one, the arm straight.
 
     Raises InputError for a vehicle that lies on its side there, or on its back.
     """
@@ -114,15 +114,17 @@ def centred(vehicle: Vehicle, target: Target) -> Array:
     if tilt > _STEEPEST:
         raise InputError(
             f"vehicle {vehicle.name} tilts by {np.degrees(tilt):.3g}° to face the target, more "
-            f"than {np.degrees(_STEEPEST):.3g}°; give it a camera that looks down along the "
-            "straight arm."
+            f"than {np.degrees(_STEEPEST):.3g}°; give it a camera that points along the straight "
+            "arm."
         )
     return q
 
 
 def _off_along(direction: Direction, bend: float, centre: Array, bent: float) -> Array:
-    """A start for every value of a direction off a centre, bent besides [1/m] towards an angle: all
-    along the world's axes, as the image is."""
+    """Return a start for every value of a direction off a centre, also bent [1/m] towards an angle.
+
+    All are along the world's axes, as the image is.
+    """
     off = np.zeros((len(direction.values), len(COORDINATES)))
     off[:, COORDINATES.index("kappa")] = bend
     off[:, COORDINATES.index(direction.coordinate)] += direction.size * np.array(direction.values)
@@ -133,13 +135,13 @@ def _off_along(direction: Direction, bend: float, centre: Array, bent: float) ->
 
 
 def _turned(centre: Array, off: Rotation) -> Array:
-    """Euler angles (runs, 3) of a centre that is turned about the world's axes."""
+    """Return Euler angles (runs, 3) of a centre that is turned about the world's axes."""
     turned = off * Rotation.from_euler("ZYX", centre[5:2:-1])
     return euler_angles(turned.as_matrix())
 
 
 def _at_random(vehicle: Vehicle, target: Target, centre: Array, runs: int, seed: int) -> Array:
-    """So many starts with all points in view. Raises InputError if the camera sees too few."""
+    """Return so many random starts with all points in view, or raise InputError."""
     rng = np.random.default_rng(seed)
     found: list[Array] = []
     for _ in range(_TRIES):
@@ -148,13 +150,16 @@ def _at_random(vehicle: Vehicle, target: Target, centre: Array, runs: int, seed:
         if sum(map(len, found)) >= runs:
             return np.concatenate(found)[:runs]
     raise InputError(
-        f"vehicle {vehicle.name} sees all points of the target from fewer than one in {_TRIES} of "
-        "the starts that are drawn; give its camera a wider view."
+        f"vehicle {vehicle.name} sees all target points from fewer than one in {_TRIES} random "
+        "starts; give its camera a wider view."
     )
 
 
 def _drawn(centre: Array, runs: int, rng: np.random.Generator) -> Array:
-    """Starts evenly over the disc, the heights, the tilts, the yaws and the bends, off a centre."""
+    """Return random starts over the disc, the heights, the tilts, the yaws and the bends.
+
+    They are uniform, and offset from a centre.
+    """
     share, way, height, tilt, lean, yaw, bend, towards = rng.random((8, runs))
     q = np.tile(centre, (runs, 1))
     away, around = SIDEWAYS * np.sqrt(share), 2.0 * np.pi * way
@@ -170,7 +175,7 @@ def _drawn(centre: Array, runs: int, rng: np.random.Generator) -> Array:
 
 
 def visible(vehicle: Vehicle, target: Target, q: Array) -> Array:
-    """Whether the camera has all points of the target in view at starts (runs, 8)."""
+    """Return whether the camera has all points of the target in view at starts (runs, 8)."""
     points = target.path([0.0])[0][0] + target.points
     # The equations bend a straight arm by kappa_s (Remark 1), which the flight does not.
     regular = vehicle.replace({"arm.kappa_s": _STRAIGHT})

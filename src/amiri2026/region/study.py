@@ -41,9 +41,9 @@ _FASTEST, _MOST = 1e6, 1_000_000
 class Region:
     """Results of the study.
 
-    results: JSON-able; results["cases"] holds a case per law, model and control rate, with what it
-    reaches in each of its "directions" and how many of its "random" starts end well. flights: every
-    start and how its flights ended, over (law, model, rate, start).
+    results: JSON-able; results["cases"] holds a case per law, model and control rate, with its
+    reach in each of its "directions" and the number of its "random" starts that end well. flights:
+    every start and how its flights ended, over (law, model, rate, start).
     """
 
     results: dict[str, Any]
@@ -61,11 +61,11 @@ def region(
     *,
     progress: Progress | None = None,
 ) -> Region:
-    """Fly every law from starts off in each direction and at random.
+    """Simulate every law from starts off in each direction and at random.
 
     rates: of control [Hz]; runs, seed: of the random starts; gains: of `load_gains`, instead of the
-    preset of the law that they are for. progress: called with (done, total, what) before each
-    batch. Raises InputError.
+    preset of their law. progress: called with (done, total, what) before each batch. Raises
+    InputError.
     """
     check_one_section(vehicle)
     names, plants = checks.choices("laws", laws, LAWS), checks.choices("models", models, MODELS)
@@ -121,7 +121,7 @@ def _checked_rates(rates: Any) -> list[float]:
 
 
 def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
-    """What a case reaches."""
+    """Return the reach of a case."""
     own = flights.sel(law=case.law, model=case.model, rate=case.rate)
     drawn = own.isel(start=np.flatnonzero(own["direction"] == RANDOM))
     well = drawn["well"].to_numpy()
@@ -146,14 +146,14 @@ def _found(case: Case, flights: xr.Dataset) -> dict[str, Any]:
 
 
 def _saturated(own: xr.Dataset) -> dict[str, int]:
-    """In how many of a case's flights rotors, if there are any, are asked for too much."""
+    """Return the number of a case's flights in which rotors, if any, saturate."""
     if "largest_saturation" not in own:
         return {}
     return {"saturated": int(is_beyond_limits(own["largest_saturation"].to_numpy()).sum())}
 
 
 def _reach(own: xr.Dataset, direction: str, bend: float) -> dict[str, Any]:
-    """The largest value up to which all flights end well, the next one, and why that does not;
+    """Return largest value up to which all flights end well, the next one, and why that does not;
     and how many of these flights are not resolved."""
     along = (own["direction"] == direction) & (own["start_bend"] == bend)
     ladder = own.isel(start=np.flatnonzero(along))
@@ -178,7 +178,7 @@ def _reach(own: xr.Dataset, direction: str, bend: float) -> dict[str, Any]:
 
 
 def reason(flight: xr.Dataset) -> str:
-    """Why a flight did not end well."""
+    """Return why a flight did not end well."""
     status = int(flight["status"])
     if status != OK:
         return f"{STATUS[status]} at {float(flight['end_time']):.3g} s"
@@ -186,6 +186,6 @@ def reason(flight: xr.Dataset) -> str:
 
 
 def _failure(flight: xr.Dataset) -> dict[str, Any]:
-    """A random start from which a flight did not end well, and why."""
+    """Return a random start from which a flight did not end well, and why."""
     q = dict(zip(COORDINATES, flight["q"].to_numpy().tolist(), strict=True))
     return {**q, "end_time_s": float(flight["end_time"]), "reason": reason(flight)}

@@ -1,4 +1,4 @@
-"""What is written of each study: its tables and its figures, in one folder."""
+"""Files of each study: its tables and its figures, in one folder."""
 
 from __future__ import annotations
 

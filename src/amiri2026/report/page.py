@@ -90,14 +90,14 @@ def _sections(contents: Contents) -> Iterator[str]:
 
 
 def _in_a_chapter(judged: set[str], study: str, figure: str) -> bool:
-    """Whether a figure stands in the chapter of a part of the paper that was judged."""
+    """Return whether a figure stands in the chapter of a part of the paper that was judged."""
     chapters = [STUDIES[part] for part in STUDIES if part in judged]
     listed = [chapter[study] for chapter in chapters if study in chapter]
     return any(names is None or figure in names for names in listed)
 
 
 def _study(contents: Contents, figures: list[str] | None = None) -> str:
-    """The section of a study: its figures, or those named, and its tables."""
+    """Return the section of a study: its figures, or those named, and its tables."""
     title = TITLES.get(contents.study, contents.study)
     return "\n".join(
         [
@@ -111,7 +111,7 @@ def _study(contents: Contents, figures: list[str] | None = None) -> str:
 
 
 def _figures(contents: Contents, names: Iterable[str] | None) -> str:
-    """The figures of a study, or those named."""
+    """Return the figures of a study, or those named."""
     wanted = contents.figures if names is None else names
     return "\n".join(
         _figure(name, contents.figures[name].suffix, contents.figures[name].read_bytes())
@@ -161,7 +161,7 @@ def _fields(prefix: str, value: Any) -> Iterator[tuple[str, str]]:
 
 
 def _rendered(markdown: str) -> str:
-    """HTML of Markdown; columns are aligned by classes, as the policy allows no inline styles."""
+    """Return Markdown as HTML; classes align columns, as the policy allows no inline styles."""
     html: str = _MARKDOWN.render(markdown)
     for side in ("left", "center", "right"):
         html = html.replace(f' style="text-align:{side}"', f' class="{side}"')

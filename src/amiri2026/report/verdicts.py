@@ -21,7 +21,7 @@ STUDIES: dict[str, dict[str, tuple[str, ...] | None]] = {
 
 
 def first_screen(results: dict[str, Any], markdown: Callable[[str], str]) -> str:
-    """Return the section that answers what the paper found, what holds, and what it means."""
+    """Return the section with the paper's findings, which hold, and what they mean."""
     rendered = markdown("\n".join(overview(results)))
     parts = markdown("\n".join(by_part(results)))
     return (
@@ -75,7 +75,7 @@ def _sentence(entry: dict[str, Any], part: str) -> str:
 
 
 def _finding(entry: dict[str, Any]) -> str:
-    """The evidence, view by view where there are several, and the correction of a misprint."""
+    """Return evidence, view by view where there are several, and the correction of a misprint."""
     if entry["cases"]:
         rows = "".join(
             f"<li><b>{escape(case['verdict'])}</b> for {escape(case['vehicle'])}, "
@@ -89,7 +89,7 @@ def _finding(entry: dict[str, Any]) -> str:
 
 
 def _more(entry: dict[str, Any]) -> str:
-    """What the sentence claims, how it is judged, the numbers and the command, folded away."""
+    """Return the sentence's claim, criterion, numbers and command, folded away."""
     numbers = "".join(
         f"<li>{escape(name)}: {number(value)}</li>"
         for name, value in {**entry["numbers"], **entry["times"]}.items()

@@ -1,4 +1,4 @@
-"""Flights of a letter by laws that believe in a vehicle, on others than that."""
+"""Flights of a letter by laws with a plant-model mismatch."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from continuair.analysis import feature_rms
 from continuair.errors import CannotHover, InputError
 from continuair.kernels import OK
 from continuair.scenario import SETTINGS, task
+from continuair.typing import Model
 from continuair.warning import untold
 
 Array = np.ndarray
@@ -39,14 +40,14 @@ class Wrong:
     way: str = ""
 
     def changes(self, nominal: Vehicle) -> dict[str, Any]:
-        """What the vehicle that flies has in its place."""
+        """Return the changed values of the simulated vehicle."""
         if self.name is None:
             return {}
         mistake = MISTAKES[self.name]
         return mistake.vehicle(nominal, self.value, mistake.ways[self.way])
 
     def acting(self) -> dict[str, Any]:
-        """What acts on it."""
+        """Return the forces that act on it."""
         if self.name is None:
             return {}
         mistake = MISTAKES[self.name]
@@ -59,17 +60,20 @@ class Wrong:
 
 
 def groups(wrong: list[Wrong]) -> list[list[Wrong]]:
-    """Mistakes that fly in one batch."""
+    """Return mismatches of one batch."""
     together = [each for each in wrong if not each.alone]
     return [*([together] if together else []), *([each] for each in wrong if each.alone)]
 
 
-def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> list[dict[str, Any]]:
-    """Status, end [s], error_estimate, and RMS and largest feature error [px] of the letter under
-    each mistake of a batch, NaN of a flight that ended early; of rotors, the largest saturation.
-    Behind a camera with noise that of the worst of DRAWS.
+def fly(
+    nominal: Vehicle, law: Controller, model: Model, wrong: list[Wrong]
+) -> list[dict[str, Any]]:
+    """Simulate a letter under each mismatch of a batch.
 
-    One that rotors do not lift is GROUNDED; raises InputError for others that do not fly.
+    Returns status, end [s], error_estimate, and RMS and largest feature error [px], NaN of a flight
+    that ended early; with rotors, the largest saturation. With camera noise it returns the worst of
+    DRAWS. A vehicle that its rotors cannot lift is GROUNDED; raises InputError for others that
+    cannot be simulated.
     """
     try:
         return _worst_draws(nominal, law, model, wrong)
@@ -91,7 +95,7 @@ def fly(nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]) -> li
 
 
 def harm(flight: dict[str, Any]) -> tuple[bool, float]:
-    """How bad a flight is: one that is lost by when, and then by its error."""
+    """Return a ranking of flights: failed ones by their end, the others by their error."""
     if flight["status"] != OK:
         return True, -flight["end_time_s"]
     # A point that has come behind the camera has no image, and its error no RMS.
@@ -99,7 +103,7 @@ def harm(flight: dict[str, Any]) -> tuple[bool, float]:
 
 
 def _worst_draws(
-    nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong]
+    nominal: Vehicle, law: Controller, model: Model, wrong: list[Wrong]
 ) -> list[dict[str, Any]]:
     draws = [DRAWS if np.any(vehicle.camera.noise) else 1 for vehicle in _single(nominal, wrong)]
     each = [one for one, many in zip(wrong, draws, strict=True) for _ in range(many)]
@@ -110,7 +114,7 @@ def _worst_draws(
 
 @untold("error_estimate")
 def _fly_together(
-    nominal: Vehicle, law: Controller, model: str, wrong: list[Wrong], seeds: list[int]
+    nominal: Vehicle, law: Controller, model: Model, wrong: list[Wrong], seeds: list[int]
 ) -> list[dict[str, Any]]:
     flown = _vehicles(nominal, wrong)
     believed = nominal
@@ -158,7 +162,7 @@ def _single(nominal: Vehicle, wrong: list[Wrong]) -> list[Vehicle]:
 
 
 def _vehicles(nominal: Vehicle, wrong: list[Wrong]) -> Vehicle:
-    """The vehicles that fly, one batch; one, where all are alike."""
+    """Return the vehicles that fly, one batch; one, where all are alike."""
     if len(set(wrong)) == 1:
         return _single(nominal, wrong)[0]
     changes = [each.changes(nominal) for each in wrong]
@@ -171,7 +175,7 @@ def _vehicles(nominal: Vehicle, wrong: list[Wrong]) -> Vehicle:
 
 
 def _acting(wrong: list[Wrong]) -> dict[str, Any]:
-    """What acts in a batch: forces, a row for each; or what acts on all, where they are alike."""
+    """Return the loads of a batch: forces, a row for each; or common ones, if they are alike."""
     if len(set(wrong)) == 1:
         return wrong[0].acting()
     given = [each.acting() for each in wrong]

@@ -1,4 +1,4 @@
-"""What a law does not know: its vehicle is another one, something pushes it, its camera is real."""
+"""Mismatches of a law: another vehicle, unknown loads, a real camera."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _AROUND: dict[str, Way] = {"+x": (1.0, 0.0), "-x": (-1.0, 0.0), "+y": (0.0, 1.0)
 
 @dataclass(frozen=True)
 class Mistake:
-    """Something that is not as the law believes, by values in a unit, from small to large.
+    """A plant-model mismatch, by values in a unit, from small to large.
 
-    vehicle(nominal, value, way): what the vehicle that flies has in its place; scenario(value,
-    way): what acts on it. ways: in which directions it is tried, by name. alone: whether each value
-    flies by itself, as runs of a batch cannot differ in it.
+    vehicle(nominal, value, way): changed values of the simulated vehicle; scenario(value, way):
+    loads on it. ways: directions in which it is tried, by name. alone: whether each value needs its
+    own simulation, as runs of a batch cannot differ in it.
     """
 
     meaning: str
@@ -51,7 +51,7 @@ class Mistake:
 
 
 def _times(path: str, sign: float) -> Callable[[Vehicle, float, Way], Changes]:
-    """A field of the vehicle, more or less by a percentage."""
+    """Return a field of the vehicle, more or less by a percentage."""
 
     def changed(nominal: Vehicle, percent: float, way: Way) -> Changes:
         value = np.asarray(attrgetter(path)(nominal), float)
@@ -61,12 +61,12 @@ def _times(path: str, sign: float) -> Callable[[Vehicle, float, Way], Changes]:
 
 
 def _tilted(nominal: Vehicle, degrees: float, way: Way) -> Changes:
-    """The camera, turned about an axis across its line of sight."""
+    """Return the camera, turned about an axis across its line of sight."""
     return _turned(nominal, _DEGREE * degrees * np.array([*way, 0.0]))
 
 
 def _rolled(nominal: Vehicle, degrees: float, way: Way) -> Changes:
-    """The camera, turned about its line of sight."""
+    """Return the camera, turned about its line of sight."""
     return _turned(nominal, _DEGREE * degrees * np.array([0.0, 0.0, way[0]]))
 
 
@@ -76,7 +76,7 @@ def _turned(nominal: Vehicle, by: Array) -> Changes:
 
 
 def _moved(nominal: Vehicle, centimetres: float, way: Way) -> Changes:
-    """The camera, moved across the tip's tangent."""
+    """Return the camera, moved across the tip's tangent."""
     return {"camera.position": nominal.camera.position + 0.01 * centimetres * np.array([*way, 0.0])}
 
 
@@ -93,7 +93,7 @@ def _draggy(nominal: Vehicle, speed: float, way: Way) -> Changes:
 
 
 def _wind(speed: float, way: Way) -> Changes:
-    """Of each way its own draw of turbulence."""
+    """Return a random realisation of turbulence for each way."""
     wind = dryden(
         speed,
         _ALTITUDE,
@@ -111,13 +111,13 @@ def _late(nominal: Vehicle, milliseconds: float, way: Way) -> Changes:
 
 
 def _rarely(nominal: Vehicle, milliseconds: float, way: Way) -> Changes:
-    """A camera that is slower by itself stays so."""
+    """Return a camera that is slower by itself stays so."""
     own = nominal.camera.frame_rate or np.inf
     return {"camera.frame_rate": min(own, 1.0 / (_MILLI * milliseconds))}
 
 
 def _noisy(nominal: Vehicle, pixels: float, way: Way) -> Changes:
-    """Noise of its own and this noise are independent."""
+    """Return noise of its own and this noise are independent."""
     return {"camera.noise": float(np.hypot(nominal.camera.noise, pixels))}
 
 
@@ -195,4 +195,4 @@ MISTAKES = {
         _noisy,
     ),
 }
-"""Mistake -> what it is. Besides, the law knows everything. Of ways the worst counts."""
+"""Mismatches by name. All else is known to the law. The worst way counts."""

@@ -31,12 +31,12 @@ def _flights(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, with what they rest on."""
+    """Return the results in Markdown, with their basis."""
     return "\n".join(summary(results)) + "\n"
 
 
 def summary(results: dict[str, Any]) -> list[str]:
-    """Return the lines of what is reached."""
+    """Return lines on the tolerated mismatch of each law."""
     return [
         f"# Robustness, vehicle {results['vehicle']['name']}",
         "",
@@ -79,7 +79,7 @@ def _without(flight: dict[str, Any]) -> str:
 
 
 def reach(entry: dict[str, Any]) -> str:
-    """How large a mistake may be, and the first size that is not borne."""
+    """Return how large a mismatch may be, and the first size that is not tolerated."""
     return "undecided" if entry["reached"] is None else in_words(entry, " (all tried)", "not {}")
 
 
@@ -97,7 +97,7 @@ def _lost(results: dict[str, Any]) -> list[str]:
 
 
 def _resolved(results: dict[str, Any]) -> str:
-    """How many of the flights that decide are not resolved."""
+    """Return how many of the decisive flights are not resolved."""
     flights = _deciding(results)
     coarse = sum(each["error_estimate"] > RESOLVED for each in flights)
     return (
@@ -107,7 +107,7 @@ def _resolved(results: dict[str, Any]) -> str:
 
 
 def _saturated(results: dict[str, Any]) -> list[str]:
-    """How far rotors were asked for beyond their limits in these flights."""
+    """Return how far rotors saturate in these flights."""
     asked = [each.get("largest_saturation", 0.0) for each in _deciding(results)]
     beyond = [most for most in asked if is_beyond_limits(most)]
     if not beyond:
@@ -117,7 +117,7 @@ def _saturated(results: dict[str, Any]) -> list[str]:
 
 
 def _deciding(results: dict[str, Any]) -> list[dict[str, Any]]:
-    """The flights without a mistake, and of every value of one the worst of its ways."""
+    """Return the flights without a mistake, and of every value of one the worst of its ways."""
     return [
         each
         for case in results["cases"]

@@ -27,14 +27,17 @@ from continuair.scenario import damping_notes, equipped
 from continuair.vehicle import check_one_section
 
 BORNE, LOST = 5.0, "lost without a mistake"
-"""What a mistake that is borne may add to the RMS of the feature error [px]."""
+"""Largest increase of the RMS feature error by a tolerated mismatch [px]."""
 
 
 @dataclass(frozen=True)
 class Robustness:
-    """results: JSON-able; results["cases"] holds one per law and model, with the RMS of the error
-    without any mistake and, for each mistake, of every value, the worst of its ways, and how large
-    it is borne."""
+    """Results of the study.
+
+    results: JSON-able; results["cases"] holds one per law and model: the RMS of the error without
+    mismatch, and for each mismatch and value the worst of its ways, and the largest tolerated
+    value.
+    """
 
     results: dict[str, Any]
 
@@ -48,10 +51,10 @@ def robustness(
     *,
     progress: Progress | None = None,
 ) -> Robustness:
-    """Fly a letter with every law, designed for the vehicle and believing in it, on others.
+    """Simulate a letter with every law, designed for the vehicle, on plants that differ from it.
 
-    gains: of `load_gains`, instead of the preset of the law that they are for. progress: called
-    with (done, total, what) before each batch. Raises InputError.
+    gains: of `load_gains`, instead of the preset of their law. progress: called with (done, total,
+    what) before each batch. Raises InputError.
     """
     check_one_section(vehicle)
     names, plants = checks.choices("laws", laws, LAWS), checks.choices("models", models, MODELS)
@@ -84,19 +87,19 @@ def robustness(
 
 
 def _tried(name: str) -> list[Wrong]:
-    """A mistake, of every value in each of its ways."""
+    """Return a mistake, of every value in each of its ways."""
     mistake = MISTAKES[name]
     return [Wrong(name, *each) for each in product(mistake.values, mistake.ways)]
 
 
 def _worst(wrong: Iterable[Wrong], found: dict[Wrong, Any]) -> dict[str, Any]:
-    """Of ways to make a mistake, the one that is lost first, or else errs most."""
+    """Return the way of a mismatch that fails first, or else has the largest error."""
     worst = max(wrong, key=lambda each: harm(found[each]))
     return {"value": worst.value, "way": worst.way, **found[worst]}
 
 
 def _case(law: str, model: str, chosen: list[str], found: dict[Wrong, Any]) -> dict[str, Any]:
-    """What a law reaches on a plant."""
+    """Return the results of a law on a plant."""
     return {
         "law": law,
         "model": model,
@@ -106,8 +109,10 @@ def _case(law: str, model: str, chosen: list[str], found: dict[Wrong, Any]) -> d
 
 
 def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
-    """The largest value up to which all are borne, the next one, and why that is not; nothing of a
-    law that loses the letter without a mistake."""
+    """Return the largest value up to which all are tolerated, the next one, and why that is not.
+
+    Return nothing if the law fails without a mismatch.
+    """
     mistake, most = MISTAKES[name], found[Wrong(None)]["rms_px"] + BORNE
     told = {"meaning": mistake.meaning, "unit": mistake.unit}
     ways = [[Wrong(name, value, way) for way in mistake.ways] for value in mistake.values]
@@ -125,7 +130,7 @@ def _reach(name: str, found: dict[Wrong, Any]) -> dict[str, Any]:
 
 
 def reason(flight: dict[str, Any]) -> str:
-    """Why a mistake was not borne."""
+    """Return why a mismatch was not tolerated."""
     way = f" ({flight['way']})" if flight.get("way") else ""
     if flight["status"] == GROUNDED:
         return f"the rotors do not lift it{way}"

@@ -1,4 +1,4 @@
-"""What judges each sentence of the paper's section on parameter sensitivity, IV-B."""
+"""Judges of the sentences of the paper's section on parameter sensitivity, IV-B."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _MODULUS, _BEND, _ROLL = "Young's modulus", "initial bend", "initial roll"
 
 @dataclass(frozen=True)
 class Claim:
-    """What a sentence is about, and the checks of its parts."""
+    """The subject of a sentence, and the checks of its parts."""
 
     about: str
     checks: tuple[Check, ...]
@@ -64,7 +64,7 @@ def judgement(results: dict[str, Any], name: str) -> Judgement:
 
 
 def view(sweeps: dict[str, Any], checks: Sequence[Check], note: str = "") -> Judgement:
-    """Return the judgement of checks on sweeps, undecided where one of them was not flown."""
+    """Return the judgement of checks on sweeps, undecided if one of them was not simulated."""
     usable = {
         parameter: sweep
         for parameter, sweep in sweeps.items()
@@ -79,7 +79,7 @@ def view(sweeps: dict[str, Any], checks: Sequence[Check], note: str = "") -> Jud
 
 
 def _unlike_a_payload(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """How far the tip's displacement is from that with the arm frozen, as a share, per radius."""
+    """Return the relative change of the tip's displacement if the arm is frozen, per radius."""
     shares = [
         abs(row["displacement_m"] / row["displacement_frozen_m"] - 1.0)
         for row in sweeps[_RADIUS]["rows"]
@@ -88,20 +88,20 @@ def _unlike_a_payload(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
 
 
 def _error_at_the_largest_radius(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Error over the displacement at the largest radius."""
+    """Return the error over the displacement at the largest radius."""
     row = sweeps[_RADIUS]["rows"][-1]
     error = row["models"]["decoupled"]["rmse_xy_m"]
     return [error / row["displacement_m"]], converged(sweeps[_RADIUS])
 
 
 def _least_error_at_the_largest_radius(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Error at the largest radius over the least of the smaller ones."""
+    """Return the error at the largest radius over the least of the smaller ones."""
     *smaller, at_end = column(sweeps[_RADIUS]["rows"], "error")
     return [at_end / least(smaller)], converged(sweeps[_RADIUS])
 
 
 def _share_of_displacement(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Errors of the stiffer arms over their displacements."""
+    """Return errors of the stiffer arms over their displacements."""
     rows = sweeps[_MODULUS]["rows"][1:]
     shares = [
         error / row["displacement_m"]
@@ -122,7 +122,7 @@ def _beyond_its_range(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
 
 
 def _growth(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Error in the last second over that in the first, at the least UAV mass."""
+    """Return the error in the last second over that in the first, at the least UAV mass."""
     seconds = sweeps[_MASS]["rows"][0]["models"]["decoupled"]["rmse_xy_by_second_m"]
     return [seconds[-1] / seconds[0]], converged(sweeps[_MASS])
 
@@ -164,7 +164,7 @@ def _misses_the_oscillation(sweeps: dict[str, Any]) -> Judgement:
 
 
 def _period(sweeps: dict[str, Any]) -> tuple[list[float], bool]:
-    """Period of the printed sin(f t) with f = 10, in tenths of a second."""
+    """Return the period of the printed sin(f t) with f = 10, in tenths of a second."""
     return [2.0 * math.pi / FREQUENCY / 0.1], True
 
 

@@ -105,10 +105,10 @@ def largest_above_the_middle(sweep: str) -> Check:
 def at_most(
     value: Callable[[dict[str, Any]], tuple[Sequence[float], bool]], limit: float, text: str
 ) -> Check:
-    """Return the check that all numbers that `value` gives are at most `limit`.
+    """Return the check that all numbers of `value` are at most `limit`.
 
     value: from the sweeps to numbers, and whether the rows that they come from have converged.
-    text: what they are, with {} for the numbers.
+    text: their meaning, with {} for the numbers.
     """
     return _bounded(value, lambda number: number <= limit, f"{text} (limit {limit:g})")
 
@@ -179,7 +179,7 @@ def goes_with(measure: str, names: Sequence[str] = tuple(PARAMETERS)) -> Check:
 
 
 def _agreed(holds: Sequence[Any]) -> str:
-    """Verdict of several views of one claim, which may disagree."""
+    """Return verdict of several views of one claim, which may disagree."""
     if any(holds) != all(holds):
         return UNDECIDED
     return HOLDS if all(holds) else FAILS
@@ -217,7 +217,7 @@ _NOT_PER_VALUE = ("ended_early", "unresolved", "follows")
 
 
 def converged(sweep: dict[str, Any]) -> bool:
-    """Tell whether no row of a sweep is an error of the integration."""
+    """Return whether no row of a sweep is an error of the integration."""
     return all(row["models"][model]["converged"] for row in sweep["rows"] for model in PLANTS)
 
 

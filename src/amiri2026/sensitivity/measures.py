@@ -1,4 +1,4 @@
-"""What the paper's prose on sensitivity speaks of, measured on flights.
+"""Measures of flights for the paper's prose on sensitivity.
 
 Flights are batches: Datasets over (run, time).
 """
@@ -24,7 +24,7 @@ MEASURES = {
     "com_travel_m": "how far the centre of mass moves in body axes",
     "inertia_change": "largest change of the inertia about the centre of mass, as a share of it",
 }
-"""Measure of a flight of the coupled model -> what it is."""
+"""Measures of a flight of the coupled model, by name."""
 
 
 def measures(vehicle: Vehicle, flown: xr.Dataset) -> dict[str, Array]:

@@ -1,7 +1,7 @@
 """Sweeps of one parameter for more vehicles than the study's.
 
-They hold what the checks of `findings` read. Runs that are not resolved are left out of the values
-between, and marked among those compared.
+They contain the values that the checks of `findings` need. Runs that are not resolved are left out
+of the values between, and flagged among those compared.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ VALUES = {
     "bends and rolls, the force and its time are those of the study of the paper, whose sentences "
     "are of its own values and are not judged here.",
 }
-"""What is told of the values that are compared."""
+"""Notes on the values that are compared."""
 
 
 def write(study: Sensitivity, folder: ResultFolder) -> None:
@@ -146,7 +146,7 @@ def reading(results: dict[str, Any]) -> list[str]:
 
 
 def _spread(results: dict[str, Any]) -> list[str]:
-    """Between what the error lies over each parameter's values, the widest first."""
+    """Return the range of the error over each parameter's values, the widest first."""
     ends = {}
     for name, sweep in results["sweeps"].items():
         errors = sweep["between"]["rmse_xy_m"]["decoupled"]
@@ -164,8 +164,7 @@ def _spread(results: dict[str, Any]) -> list[str]:
 
 
 def neighbour_ratio(sweep: dict[str, Any]) -> float:
-    """Return the largest factor between the errors at neighbouring values of a parameter, NaN where
-    no two were flown."""
+    """Return the largest factor between errors at neighbouring values of a parameter, or NaN."""
     errors, follows = sweep["between"]["rmse_xy_m"]["decoupled"], sweep["between"]["follows"]
     pairs = zip(errors, errors[1:], follows, strict=False)
     ratios = [b / a for a, b, next_one in pairs if next_one and a > 0 and b > 0]
@@ -173,8 +172,10 @@ def neighbour_ratio(sweep: dict[str, Any]) -> float:
 
 
 def closer_share(sweep: dict[str, Any]) -> float:
-    """Return the share of values at which `independent` is closer to coupled than `decoupled`, NaN
-    where none was flown."""
+    """Return the share of values at which `independent` is closer to coupled than `decoupled`.
+
+    NaN if there are none.
+    """
     errors = sweep["between"]["rmse_xy_m"]
     pairs = list(zip(errors["independent"], errors["decoupled"], strict=True))
     if not pairs:
@@ -183,7 +184,7 @@ def closer_share(sweep: dict[str, Any]) -> float:
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
-    """Return what the errors of the flights say of every row."""
+    """Return sentences on the errors of the flights in every row."""
     lines = [
         "Relative error: what a tenth of the tolerance changes of both tips, as a share of their "
         f"difference; up to {percent(CONVERGED)} counts as converged."
@@ -216,7 +217,7 @@ def remarks(results: dict[str, Any]) -> list[str]:
 
 
 def _unfollowed(results: dict[str, Any]) -> list[str]:
-    """A sentence where flights to the end have no error in Euler angles."""
+    """Return a sentence where flights to the end have no error in Euler angles."""
     lost = any(not entry["status"] and math.isnan(entry["nrmse_r"]) for *_, entry in rows(results))
     told = "of a flight to its end is none where samples do not follow roll, pitch and yaw"
     return [f"NRMSE_R and RMSE_R: - {told}."] if lost else []

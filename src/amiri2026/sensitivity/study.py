@@ -1,8 +1,8 @@
 """The parameter sensitivity study of Amiri et al.: six parameters, one at a time.
 
-The paper compares a few values of each parameter. Those, or as few about a vehicle's own, are flown
-with their trajectories kept, and many values between them too, because a few cannot tell a trend
-from scatter.
+The paper compares a few values of each parameter. Those, or as few about a vehicle's own, are
+simulated with their trajectories kept. Many values between are simulated too, because a few cannot
+distinguish a trend from scatter.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from continuair.flight import still
 from continuair.kernels import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.studies import by_model
+from continuair.typing import Model
 from continuair.vehicle import as_rod, check_one_section, per_run
 from continuair.warning import untold
 
@@ -66,16 +67,16 @@ def sensitivity(
     """Vary one parameter of a vehicle or of its start at a time, and compare all models.
 
     parameters: names in PARAMETERS, or in `about(vehicle)`, all by default. own: whether values are
-    about the vehicle's own, not the paper's, of which its sentences are. hertz: the paper's f = 10
-    counts as 10 Hz, sin(2 pi 10 t), not as sin(10 t). progress: called with (done, total, what)
-    before each batch. Raises InputError.
+    about the vehicle's own instead of the paper's, to which its sentences apply. hertz: the paper's
+    f = 10 counts as 10 Hz, sin(2 pi 10 t), not as sin(10 t). progress: called with (done, total,
+    what) before each batch. Raises InputError.
     """
     check_one_section(vehicle)
     vehicle = vehicle if own else as_rod(vehicle)
     known = about(vehicle) if own else PARAMETERS
     chosen = _chosen(known if parameters is None else parameters, known)
     scenario = flight(hertz).replace(**still(vehicle))
-    # Every batch is made before the first flight: one that cannot be is told at once.
+    # Every batch is made before the first flight, so that errors are reported at once.
     for parameter in chosen:
         batch(vehicle, scenario, parameter, parameter.between())
     results: dict[str, Any] = {
@@ -110,7 +111,7 @@ def _fly(vehicle: Vehicle, scenario: Scenario, parameter: Parameter, values: Any
 
 
 @untold("error_estimate")
-def fly_all(vehicles: Vehicle, scenario: Scenario, models: Iterable[str]) -> Flown:
+def fly_all(vehicles: Vehicle, scenario: Scenario, models: Iterable[Model]) -> Flown:
     """Return flights by model over (run, time), with their error estimates."""
     return {
         model: simulate(
@@ -172,7 +173,7 @@ def _rows(
 
 
 def _entries(vehicles: Vehicle, flown: Flown) -> list[Entries]:
-    """Metrics of every model, by run."""
+    """Return metrics of every model, by run."""
     runs = flown[REFERENCE].sizes["run"]
     each = [{model: data.isel(run=run) for model, data in flown.items()} for run in range(runs)]
     reach = per_run(vehicles.reach, runs)
@@ -180,8 +181,10 @@ def _entries(vehicles: Vehicle, flown: Flown) -> list[Entries]:
 
 
 def _between(vehicle: Vehicle, scenario: Scenario, parameter: Parameter) -> dict[str, Any]:
-    """Measures and horizontal differences of many values, as lists over those flown to the end and
-    resolved, and of each but the first whether the one before it is among them."""
+    """Return measures and horizontal differences of many values, as lists over the resolved ones.
+
+    The lists include, for each but the first, whether the value before it is among them.
+    """
     values = parameter.between()
     vehicles, _ = batch(vehicle, scenario, parameter, values)
     flown = _fly(vehicle, scenario, parameter, values)
@@ -204,7 +207,7 @@ def _between(vehicle: Vehicle, scenario: Scenario, parameter: Parameter) -> dict
     }
 
 
-def _is_unresolved(vehicles: Vehicle, flown: Flown, errors: dict[str, Array]) -> Array:
+def _is_unresolved(vehicles: Vehicle, flown: Flown, errors: Mapping[Model, Array]) -> Array:
     """Whether errors may make more than ERROR_SHARE of some model's difference, of each value."""
     length = np.asarray(vehicles.arm.length)
     of = {model: length * flown[model]["error_estimate"].to_numpy() for model in MODELS}

@@ -1,4 +1,4 @@
-"""What the sensitivity study flies: six parameters, and the two-phase force of Amiri et al.
+"""The task of the sensitivity study: six parameters, and the two-phase force of Amiri et al.
 
 The parameters have the paper's values, or values about those of a vehicle.
 """
@@ -109,9 +109,9 @@ def of_the_paper(vehicle: Vehicle) -> bool:
 
 
 def about(vehicle: Vehicle) -> dict[str, Parameter]:
-    """Name -> parameter about a vehicle's own values, of the fields that its file gives.
+    """Return parameters by name about a vehicle's own values, of the fields that its file gives.
 
-    What the flight starts with is as the paper varies it, no value of a vehicle.
+    The initial state varies as in the paper, as it is no value of a vehicle.
     """
     own = {
         field: (part, value)
@@ -126,7 +126,7 @@ def about(vehicle: Vehicle) -> dict[str, Parameter]:
 
 
 def _own_value(vehicle: Vehicle, field: str) -> float | None:
-    """A vehicle's own value of a field, None where its file gives another in its place."""
+    """Return a vehicle's own value of a field, None where its file gives another in its place."""
     table, _, name = field.partition(".")
     value = getattr(getattr(vehicle, table), name if table == "uav" else f"given_{name}", None)
     if field == "arm.length":
@@ -137,7 +137,7 @@ def _own_value(vehicle: Vehicle, field: str) -> float | None:
 
 
 def _acts(arm: Section) -> bool:
-    """Whether anything hangs on the radius of a section."""
+    """Return whether a section's radius has any effect."""
     material = (arm.given_density, arm.given_youngs_modulus, arm.drag_coefficient)
     return any(value is not None for value in material)
 

@@ -45,10 +45,10 @@ def fly(
     most: int = 5_000_000,
     nodes: int = NODES,
 ) -> list[Flight]:
-    """Fly jobs, on all processors; as `PrintedModel.fly` does, to the tolerances of both.
+    """Simulate jobs on all processors, as `PrintedModel.fly` does, to the tolerances of both.
 
     most: evaluations of the accelerations after which a flight stops. Raises InputError for a
-    vehicle, test, model, tolerance or sample that cannot be flown.
+    vehicle, test, model, tolerance or sample that cannot be simulated.
     """
     time = sample_times(sample, duration)
     for job in jobs:
@@ -111,7 +111,7 @@ def _kernel() -> Any:
 
 
 def _packed(jobs: Sequence[Job], nodes: int) -> tuple[Array, tuple[Array, Array, Array], Array]:
-    """Structs of the jobs, arrays of all their points, and their starts (jobs, 16)."""
+    """Return structs of the jobs, arrays of all their points, and their starts (jobs, 16)."""
     from amiri2026.table.kernel import structure
 
     found = np.zeros(len(jobs), structure())

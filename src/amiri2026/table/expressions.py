@@ -14,7 +14,7 @@ import numpy as np
 
 
 def _of_numbers(operator: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    """An operator that leaves arrays to NumPy, which takes them entry by entry."""
+    """Return an operator that leaves arrays to NumPy, which takes them entry by entry."""
 
     @wraps(operator)
     def found(self: Any, other: Any) -> Any:
@@ -73,11 +73,11 @@ class Expression:
     __radd__, __rmul__ = __add__, __mul__
 
     def sin(self) -> Any:
-        """Called by np.sin."""
+        """Return the sine, for np.sin."""
         return -self.operands[0].sin() if self.operation == "neg" else _made("sin", self)
 
     def cos(self) -> Any:
-        """Called by np.cos."""
+        """Return the cosine, for np.cos."""
         return self.operands[0].cos() if self.operation == "neg" else _made("cos", self)
 
 
@@ -89,7 +89,7 @@ def variable(name: str) -> Expression:
 def rate(of: Any, rates: Mapping[Expression, Expression], known: dict[Any, Any]) -> Any:
     """Return the derivative of an expression in time, from those of variables; others are 0.
 
-    known: expressions whose derivative was asked for before, and these; begin with an empty one.
+    known: these derivatives and all computed earlier; start with an empty one.
     """
     if not isinstance(of, Expression):
         return 0.0

@@ -1,6 +1,6 @@
 """Device code of the paper's model as printed: Eq. (10) under masks, and steps with error control.
 
-What a point's Jacobian is comes from `points` as C++ (`expressions`); the rest reads like
+A point's Jacobian is C++ code generated from `points` (`expressions`); the rest corresponds to
 `printed.PrintedModel`. Dormand and Prince's pair of orders 5 and 4.
 """
 
@@ -54,7 +54,7 @@ TABLEAU = np.array(
 
 
 def _jacobian_code() -> str:
-    """C++ of a point's J and of its rate along q̇, traced from `point_jacobian`."""
+    """Return C++ of a point's J and of its rate along q̇, traced from `point_jacobian`."""
     q, qd = (np.array([variable(f"{name}[{i}]") for i in range(8)]) for name in ("q", "qd"))
     offset, mount = (
         np.array([variable(f"{name}[{i}]") for i in range(3)]) for name in ("offset", "mount")
@@ -74,9 +74,9 @@ def jacobian_and_rate(s: Real, offset: vec3, mount: vec3, q: vec8, qd: vec8) -> 
 
 @wp.struct
 class Job:
-    """What one flight needs; points lie in arrays from `first` to `first + points`.
+    """The data of one flight; points lie in arrays from `first` to `first + points`.
 
-    test: 0 to 3 for A to D. moves: 1 for a coordinate that moves, 0 for one that is held.
+    test: 0 to 3 for A to D. moves: 1 for a coordinate that moves, 0 for one that is fixed.
     damping_on_angle: 1 if damping acts on ψa, too. torque: factor on Q_κ.
     """
 
@@ -98,7 +98,7 @@ class Job:
 
 @wp.func
 def forces(job: Job, t: Real, q: vec8, qd: vec8) -> vec8:
-    """τ + force_sign J_tᵀ F_e of a test."""
+    """Return τ + force_sign J_tᵀ F_e of a test."""
     found = vec8()
     if job.test == 0:
         found[0] = Real(100.0)
@@ -116,7 +116,7 @@ def forces(job: Job, t: Real, q: vec8, qd: vec8) -> vec8:
 
 @wp.func
 def solved(A: mat88, b: vec8) -> vec8:
-    """A⁻¹ b of a positive definite A."""
+    """Return a⁻¹ b of a positive definite A."""
     for c in range(8):
         for r in range(c + 1, 8):
             factor = A[r, c] / A[c, c]
@@ -143,7 +143,7 @@ def slope(
     y: vec16,
     side: int,
 ) -> vec16:
-    """(q̇, q̈) of Eq. (10)."""
+    """Return (q̇, q̈) of Eq. (10)."""
     q, qd = vec8(), vec8()
     for i in range(8):
         q[i] = y[i]
@@ -178,7 +178,7 @@ def slope(
 
 @wp.func
 def beyond(job: Job, κ: Real, side: int) -> Real:
-    """How far κ has left its side of the jump of Remark 1; positive once it has."""
+    """Return how far κ is beyond the jump of Remark 1; negative before."""
     if side == 0:
         return wp.abs(κ) - job.threshold
     if job.threshold == ZERO:
@@ -199,7 +199,7 @@ def attempted(
     h: Real,
     k: stages,
 ) -> stages:
-    """All stages of a step, the first being there already."""
+    """Return all stages of a step, the first being there already."""
     for stage in range(1, 7):
         at, time = vec16(y), Real(0.0)
         for earlier in range(stage):
@@ -215,7 +215,7 @@ def attempted(
 
 @wp.func
 def advanced(tableau: wp.array2d(dtype=Real), y: vec16, h: Real, k: stages) -> vec16:
-    """The state after a step."""
+    """Return the state after a step."""
     after = vec16(y)
     for stage in range(6):
         for i in range(16):
@@ -227,7 +227,7 @@ def advanced(tableau: wp.array2d(dtype=Real), y: vec16, h: Real, k: stages) -> v
 def error_of(
     tableau: wp.array2d(dtype=Real), y: vec16, after: vec16, h: Real, k: stages, tolerance: Real
 ) -> Real:
-    """Root mean square of the estimated errors over tolerance (1 + |y|)."""
+    """Return the root mean square of the estimated errors over tolerance (1 + |y|)."""
     total = Real(0.0)
     for i in range(16):
         error = Real(0.0)
@@ -289,7 +289,7 @@ def fly_kernel(
     states: wp.array2d(dtype=vec16),
     status: wp.array(dtype=int),
 ):
-    """Fly every job; states (jobs, samples) hold their starts, and NaN from an early end on."""
+    """Simulate every job; states (jobs, samples) hold the starts, and NaN after an early end."""
     run = wp.tid()
     job = jobs[run]
     y = states[run, 0]

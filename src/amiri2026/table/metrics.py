@@ -1,4 +1,4 @@
-"""How far two flights of a tip are apart, in the metrics that the paper's table may hold."""
+"""Distances between two flights of a tip, in the metrics that the paper's table may use."""
 
 from __future__ import annotations
 

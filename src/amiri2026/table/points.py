@@ -67,7 +67,7 @@ def _six_points(mass: float, second_moments: Array) -> Array:
 
 
 def _merged(points: Points) -> Points:
-    """The points without those that coincide."""
+    """Return the points without those that coincide."""
     places, which = np.unique(
         np.column_stack([points.s, points.offset]) + 0.0, axis=0, return_inverse=True
     )

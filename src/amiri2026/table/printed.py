@@ -94,17 +94,17 @@ class PrintedModel:
         self.threshold = vehicle.arm.kappa_s if reading.remark1 else 0.0
 
     def side(self, κ: float) -> int:
-        """0 where Remark 1 replaces κ, else the sign of κ."""
+        """Return 0 where Remark 1 replaces κ, else the sign of κ."""
         return 0 if abs(κ) <= self.threshold else int(np.sign(κ))
 
     def in_kinematics(self, q: Array, side: int | None = None) -> Array:
-        """q with κ_s for κ where Remark 1, Eq. (6), replaces it: at `side` 0."""
+        """Return q with κ_s for κ where Remark 1, Eq. (6), replaces it: at `side` 0."""
         if (self.side(q[6]) if side is None else side) != 0:
             return q
         return np.concatenate([q[:6], [self.threshold], q[7:]])
 
     def matrices(self, q: Array, qd: Array, side: int | None = None) -> tuple[Array, Array, Array]:
-        """M (8, 8), C (8, 8) and G (8,) of Eq. (10), spring included, without masks."""
+        """Return M (8, 8), C (8, 8) and G (8,) of Eq. (10), spring included, without masks."""
         points = self.points
         # A complex step along q̇ gives J, and its rate exactly to rounding.
         along = self.in_kinematics(q, side) + 1j * _COMPLEX_STEP * qd
@@ -118,12 +118,12 @@ class PrintedModel:
         return M, C, G
 
     def tip_jacobian(self, q: Array, side: int | None = None) -> Array:
-        """J_t (3, 8), linear rows, world axes."""
+        """Return J_t (3, 8), linear rows, world axes."""
         length = np.array(self.vehicle.arm.length)
         return point_jacobian(self.in_kinematics(q, side), length, np.zeros(3), self.mount)
 
     def damping(self, q: Array, qd: Array, side: int | None = None) -> Array:
-        """Structural damping (8,), which the paper does not print."""
+        """Return structural damping (8,), which the paper does not print."""
         found = np.zeros(8)
         found[6] = qd[6]
         if self.reading.damping == "bend vector":
@@ -140,7 +140,7 @@ class PrintedModel:
         side: int | None = None,
         moving: tuple[int, ...] = ALL,
     ) -> Array:
-        """q̈ (8,) of "coupled", or of a decoupled model as `Reading` names them.
+        """Return q̈ (8,) of "coupled", or of a decoupled model as `Reading` names them.
 
         tau: (8,), conjugate to q. tip_force: F_e (3,), world axes [N]. moving: indices of the
         coordinates that are not held at rest.
@@ -157,7 +157,7 @@ class PrintedModel:
         return qdd
 
     def moving(self, test: str) -> tuple[int, ...]:
-        """Indices of the coordinates that move.
+        """Return indices of the coordinates that move.
 
         In Tests A and B these are x, z, θ and κ for a vehicle that is its mirror image in y. The
         others stay 0 by symmetry. With Remark 1 rounding errors in them would grow without bound,
@@ -168,19 +168,19 @@ class PrintedModel:
         return _IN_PLANE if test in "AB" and mirrored else ALL
 
     def start(self) -> Array:
-        """q (8,) of all tests, with 0.1 in the unit that the reading gives it."""
+        """Return q (8,) of all tests, with 0.1 in the unit that the reading gives it."""
         κ = 0.1 if self.reading.kappa == "1/m" else 0.1 / self.vehicle.arm.length
         return np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0, κ, 0.0])
 
     def inputs(self, test: str, t: float) -> tuple[Array, Array]:
-        """τ (8,) and F_e (3,) of Tests A to D as printed."""
+        """Return τ (8,) and F_e (3,) of Tests A to D as printed."""
         tau, force = np.zeros(8), np.zeros(3)
         if test == "A":
             tau[0] = 100.0
         if test == "C":
             tau += bend_torques(t)
             if self.reading.kappa == "bend angle":
-                # What is conjugate to κ l is 1/l of what is conjugate to κ.
+                # The force conjugate to κ l is 1/l of that conjugate to κ.
                 tau[6] *= self.vehicle.arm.length
         if test == "D":
             force += tip_chirp(t)[:3]
@@ -246,7 +246,7 @@ class PrintedModel:
         return rate
 
     def _left(self, κ: float, side: int) -> bool:
-        """Whether κ has left its side of the jump of Remark 1."""
+        """Return whether κ has left its side of the jump of Remark 1."""
         if side == 0:
             return abs(κ) > self.threshold
         return self.threshold > 0.0 and side * κ < self.threshold
@@ -254,7 +254,7 @@ class PrintedModel:
     def _crossing(
         self, passed: Callable[[float], Array], side: int, begin: float, end: float
     ) -> float:
-        """The first time [s] after a step's begin at which κ has left its side, by bisection."""
+        """Return first time [s] after a step's begin at which κ has left its side, by bisection."""
         while end - begin > 4.0 * np.spacing(end):
             middle = 0.5 * (begin + end)
             if self._left(passed(middle)[6], side):

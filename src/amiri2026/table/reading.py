@@ -66,12 +66,12 @@ class Reading:
         return replace(self, **changes)
 
     def describe(self) -> dict[str, Any]:
-        """Return the choices by name, as JSON holds them."""
+        """Return the choices by name, in types of JSON."""
         return asdict(self)
 
     @property
     def dynamics(self) -> tuple[Any, ...]:
-        """What the flights depend on; the other choices concern the metric."""
+        """Return the choices that affect the flights; the others concern the metric."""
         return (
             self.decoupled,
             self.remark1,

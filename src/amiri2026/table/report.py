@@ -59,7 +59,7 @@ def reading(results: dict[str, Any]) -> str:
 
 
 def message(results: dict[str, Any]) -> str:
-    """Return what the table means, in sentences with the numbers of this run."""
+    """Return the meaning of the table, in sentences with the numbers of this run."""
     plain = results["in_metres_and_radians"]
     metres = {test: plain[test]["rmse_t_m"] for test in OPEN_LOOP_TESTS}
     normalised = dict(zip(OPEN_LOOP_TESTS, results["ours"][0], strict=True))
@@ -115,7 +115,7 @@ def ablations(results: dict[str, Any]) -> list[str]:
 
 
 def _with_ratio(ours: float | None, ratio: float | None) -> str:
-    """A number and its ratio; a dash of a flight that ended early, or an axis without range."""
+    """Return a number and its ratio; a dash if a flight ended early or an axis has no range."""
     told = ours is not None and ratio is not None and np.isfinite(ours)
     return f"{ours:.4f} ({ratio:.2f})" if told else "-"
 

@@ -1,4 +1,4 @@
-"""Table I of the paper beside ours: one vehicle under one reading, and what each choice does."""
+"""Table I of the paper beside ours: one vehicle in one reading, and effects of each choice."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ ABLATIONS: Mapping[str, Mapping[str, Any]] = {
     "damping: on both components of the bend vector": {"damping": "bend vector"},
     "rotary inertia of the cross-sections": {"rotary_inertia": True},
 }
-"""Changes of one choice of the reading at a time, by what they are called."""
+"""Changes of one choice of the reading at a time, by name."""
 
 
 @dataclass(frozen=True)
 class Flown:
-    """Tips of the coupled and the decoupled flight of each test, and what ended a flight early."""
+    """Tips of the coupled and the decoupled flight of each test, and reasons of early ends."""
 
     pairs: Mapping[str, tuple[Tips, Tips]]
     ended: Mapping[str, str]
@@ -179,7 +179,7 @@ def table1(progress: Progress | None = None) -> dict[str, Any]:
 
 
 def _ranges(flown: Flown) -> dict[str, dict[str, Any]]:
-    """By test, how far the coupled tip moves along x and y [m], and turns about each axis [rad]."""
+    """Return by test the ranges of the coupled tip along x and y [m], and about each axis [rad]."""
     return {
         test: {
             "position_m": np.ptp(coupled.position[:, :2], axis=0).tolist(),

@@ -13,6 +13,7 @@ from continuair import Gains, Vehicle, stack
 from continuair.analysis import TRANSIENT, feature_rms, fly_twice
 from continuair.kernels import STATUS
 from continuair.scenario import SETTINGS, equipped, task
+from continuair.typing import Model
 
 Array = np.ndarray
 
@@ -28,11 +29,11 @@ _VARIABLES = ("camera_position", "target_position", "command")
 
 @dataclass(frozen=True)
 class Outcomes:
-    """How candidates (rows) fly letters (columns) in one setting on one plant.
+    """Results of candidates (rows) on letters (columns) in one setting on one plant.
 
-    pixels, millimetres: RMS errors of the image and of the tip, at most LOST, which lost flights
-    have; effort: RMS force beyond the weight, as a share of it, 0 of lost flights; why: what became
-    of those that are lost, "" of the others.
+    pixels, millimetres: RMS errors of the image and of the tip, at most LOST, the value of failed
+    flights; effort: RMS force beyond the weight, as a share of it, 0 of failed flights; why: the
+    failure, or "".
     """
 
     pixels: Array
@@ -47,12 +48,12 @@ class Outcomes:
 
     @property
     def cost(self) -> Array:
-        """What is made small, mean over the letters (rows,)."""
+        """Return the objective, a mean over the letters (rows,)."""
         costs = np.log(self.pixels) + np.log(self.millimetres) + np.log1p(self.effort)
         return np.asarray(costs.mean(axis=1))
 
     def row(self, index: int) -> Outcomes:
-        """The outcomes of one candidate."""
+        """Return the outcomes of one candidate."""
         one = slice(index, index + 1)
         return Outcomes(self.pixels[one], self.millimetres[one], self.effort[one], self.why[one])
 
@@ -62,7 +63,7 @@ def fly(
     rows: Sequence[dict[str, Any]],
     letters: Sequence[str],
     setting: str,
-    plant: str,
+    plant: Model,
 ) -> Outcomes:
     """Fly candidates, settings of `Gains` that make one kind of gains each or all together.
 
@@ -80,7 +81,7 @@ def fly(
 
 
 def fly_whole(
-    vehicle: Vehicle, row: dict[str, Any], letters: Sequence[str], setting: str, plant: str
+    vehicle: Vehicle, row: dict[str, Any], letters: Sequence[str], setting: str, plant: Model
 ) -> Outcomes:
     """Fly one candidate over whole letters; errors count when those of `tracking` do."""
     settled = SETTINGS[setting].settled
@@ -92,11 +93,11 @@ def _fly(
     vehicle: Vehicle,
     letters: Sequence[str],
     setting: str,
-    plant: str,
+    plant: Model,
     horizon: float,
     since: float,
 ) -> tuple[Array, ...]:
-    """The columns of `Outcomes` for candidates of one law, flown so long at most [s]."""
+    """Return the columns of `Outcomes` for candidates of one law, flown so long at most [s]."""
     flown = equipped(vehicle, SETTINGS[setting])
     gains = stack([Gains("candidate", row).controller(flown) for row in rows])
     found = []

@@ -1,10 +1,10 @@
-"""What the choices within the paper's law do: one letter, each variant on two plants."""
+"""Effects of the choices within the paper's law: one letter, each variant on two plants."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,8 @@ from continuair.kernels import PLANTS
 from continuair.progress import Progress, Steps
 from continuair.scenario import SETTINGS, equipped, task
 from continuair.warning import untold
+
+Compensation: TypeAlias = Literal["gravity_only", "literal"]
 
 STIFFNESS = np.geomspace(1.0, 1000.0, 10)
 LEAD = np.geomspace(0.03, 3.0, 8)
@@ -46,8 +48,11 @@ class Variant:
 def law_variants(
     vehicle: Vehicle, gains: Gains, letter: str = "M", *, progress: Progress | None = None
 ) -> list[dict[str, Any]]:
-    """RMS and largest feature error, bend, tilt, DS and error_estimate (the larger of both plants)
-    of each variant. Raises InputError."""
+    """Return the results of each variant; raises InputError.
+
+    They are RMS and largest feature error, bend, tilt, DS and error_estimate, the larger of both
+    plants.
+    """
     setting = SETTINGS["nominal"]
     damped = equipped(vehicle, setting)
     bare = damped.replace(_without_damping(damped))
@@ -73,7 +78,7 @@ def law_variants(
 
 
 @untold("error_estimate")
-def best_scalar(vehicle: Vehicle, letter: str, compensation: str) -> dict[str, Any]:
+def best_scalar(vehicle: Vehicle, letter: str, compensation: Compensation) -> dict[str, Any]:
     """Scalar gains with the least RMS error of a grid on the coupled plant, of resolved flights."""
     grid: list[dict[str, Any]] = [
         {"Kp": float(k), "Kd": 1e-3 * float(k), "Cd": float(lead)}
@@ -109,7 +114,7 @@ def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]])
         law = Gains("variant", {**gains.settings, **PLAIN, **changed}).controller(vehicle)
         return Variant(_told(changed, damped), law, damped)
 
-    def of_scalars(compensation: str, damped: bool = True) -> Variant:
+    def of_scalars(compensation: Compensation, damped: bool = True) -> Variant:
         chosen = scalar[compensation]
         name = _told({"compensation": compensation}, damped)
         told = f"scalar gains, K_p {chosen['Kp']:.3g}, C_d {chosen['Cd']:.3g} s, {name}"
@@ -132,14 +137,14 @@ def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]])
 
 
 def _kind(gains: Gains) -> str:
-    """The kind of gains in a word."""
+    """Return the kind of gains in a word."""
     if not gains.constant:
         return "current"
     return "scalar" if np.ndim(gains.settings.get("Kp", ())) == 0 else "matrix"
 
 
 def _told(changed: Mapping[str, Any], damped: bool = True) -> str:
-    """The choices of a law in words."""
+    """Return the choices of a law in words."""
     chosen = {**PLAIN, **changed}
     literal, posture = chosen["compensation"] == "literal", chosen["posture_damping"]
     words = [
@@ -171,7 +176,7 @@ def _fly(
     )
     late = (flight.sel(time=slice(TRANSIENT, None)) for flight in (coupled, decoupled))
     ds, settled = np.abs(norm_difference(*late)), _settled(coupled)
-    rms, bend = feature_rms(settled), _bends(coupled)
+    rms, bend = np.asarray(feature_rms(settled)), _bends(coupled)
     worst = np.abs(settled["feature_error"].to_numpy()).max(axis=(1, 2))
     upright = np.cos(coupled["q"].sel(coordinate=["roll", "pitch"]).to_numpy()).prod(axis=2)
     tilt = np.arccos(np.clip(upright, -1.0, 1.0))
@@ -202,11 +207,11 @@ def _bends(flight: xr.Dataset) -> np.ndarray:
 
 
 def _largest(over_time: np.ndarray) -> float:
-    """Of the samples of a flight; NaN where it ended before the second one."""
+    """Return the largest over the samples of a flight; NaN if it ended before the second one."""
     seen = over_time[np.isfinite(over_time)]
     return float(seen.max()) if len(seen) > 1 else np.nan
 
 
 def _settled(data: xr.Dataset) -> xr.Dataset:
-    """The part of a flight in which errors count."""
+    """Return the part of a flight in which errors count."""
     return data.sel(time=slice(SETTINGS["nominal"].settled, None))

@@ -57,14 +57,14 @@ def rows(results: dict[str, Any]) -> list[tuple[str, str, str, dict[str, Any]]]:
 
 
 def _printed(results: dict[str, Any]) -> str:
-    """What the paper prints, beside its vehicle."""
+    """Return the printed values, beside the paper's vehicle."""
     if not results["printed"]:
         return ""
     return f"; the paper prints |DS| below {results['printed']['ds_max_px']:g} px"
 
 
 def as_table(results: dict[str, Any]) -> str:
-    """Return the results in Markdown, with what they rest on."""
+    """Return the results in Markdown, with their basis."""
     damping = _damping(results["damping_ratio"])
     lines = [
         f"# Visual tracking of letters, vehicle {results['vehicle']['name']}",
@@ -169,13 +169,15 @@ def _saturated(flights: dict[str, dict[str, Any]]) -> Iterator[str]:
 
 
 def _more(alike: dict[str, float], flights: dict[str, dict[str, Any]]) -> str:
-    """How many flights besides the one that a sentence is about are alike."""
+    """Return how many other flights are like the one of a sentence."""
     return f"; likewise {len(alike) - 1} more of {len(flights)}" if len(alike) > 1 else ""
 
 
 def _stability(results: dict[str, Any]) -> list[str]:
-    """The bound of the proof, and the conditions of the theorem and of the sound V that fail; both
-    are of constant gains."""
+    """Return the bound of the proof, and the failing conditions of the theorem and the sound V.
+
+    Both apply to constant gains.
+    """
     if "ultimate_bound" not in results:
         return []
     bound = results["ultimate_bound"]
@@ -206,7 +208,7 @@ def _stability(results: dict[str, Any]) -> list[str]:
 
 
 def _variants(results: dict[str, Any]) -> list[str]:
-    """The table of the law's variants, if they were flown."""
+    """Return the table of the law's variants, if they were flown."""
     if "variants" not in results:
         return []
     columns = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -27,6 +27,7 @@ from continuair.kernels import REFERENCE, UNSEEN
 from continuair.progress import Progress, Steps
 from continuair.scenario import LETTERS, SETTINGS, chosen_letters, equipped, task
 from continuair.studies import by_model
+from continuair.typing import Model
 from continuair.vehicle import check_has_arms, check_single_vehicle, is_paper
 from continuair.warning import untold
 
@@ -37,7 +38,7 @@ CONVERGED = 5.0
 """A run has converged once the norm of its feature error stays below this [px]."""
 
 _STAYS = 0.02
-"""Share of the flight for which it does at the least: what swings through ends below by chance."""
+"""Least share of the flight spent below: an oscillation may end below by chance."""
 
 _TURNING = 0.05
 """Share of its largest acceleration above which the target counts as turning."""
@@ -108,9 +109,14 @@ def tracking(
 
 @untold("error_estimate")
 def _fly(
-    name: str, vehicle: Vehicle, letters: list[str], gains: Gains, plants: list[str], steps: Steps
+    name: str,
+    vehicle: Vehicle,
+    letters: list[str],
+    gains: Gains,
+    plants: Sequence[Model],
+    steps: Steps,
 ) -> tuple[Flown, dict[str, Any]]:
-    """Trajectories of one setting over (letter, time), and what is found of them."""
+    """Return trajectories of one setting over (letter, time), and their metrics."""
     setting = SETTINGS[name]
     flown = equipped(vehicle, setting)
     controller = gains.controller(flown)
@@ -151,7 +157,7 @@ def _damping_ratio(vehicle: Vehicle) -> Any:
 
 
 def _stability(scenario: Scenario, proof: Lyapunov, runs: Flown, settled: float) -> dict[str, Any]:
-    """The bound of the paper's proof, which is of constant gains, for all letters and for each,
+    """Return bound of the paper's proof, which is of constant gains, for all letters and for each,
     and which conditions hold."""
     letters = [str(letter) for letter in runs[REFERENCE]["letter"].to_numpy()]
     each = {
@@ -168,7 +174,7 @@ def _stability(scenario: Scenario, proof: Lyapunov, runs: Flown, settled: float)
 
 
 def _entry(letter: str, runs: Flown, settled: float) -> dict[str, Any]:
-    """Metrics of one letter by model, and the largest |DS| of the decoupled plant."""
+    """Return metrics of one letter by model, and the largest |DS| of the decoupled plant."""
     flights = {model: data.sel(letter=letter) for model, data in runs.items()}
     entry: dict[str, Any] = {}
     for model, flight in flights.items():
@@ -194,7 +200,7 @@ def _difference(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, float]:
 
 
 def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
-    """Largest |DS| before and after the transient [px]."""
+    """Return the largest |DS| before and after the transient [px]."""
     size = np.abs(norm_difference(coupled, other))
     early = coupled["time"].to_numpy() < TRANSIENT
     # A flight that ended early has no largest difference in a part that it has not flown through.
@@ -202,7 +208,7 @@ def ds_extremes(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
 
 
 def ds_by_corner(coupled: xr.Dataset, other: xr.Dataset) -> tuple[float, float]:
-    """RMS of DS after the transient where the target turns, and where it does not [px]."""
+    """Return RMS of DS after the transient where the target turns, and where it does not [px]."""
     return rms_by_corner(coupled, norm_difference(coupled, other))
 
 
@@ -219,10 +225,10 @@ def rms_by_corner(
 
 
 def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
-    """Feature error, tip error, convergence, effort and field of view of one flight.
+    """Return feature error, tip error, convergence, effort and field of view of one flight.
 
-    Errors count from `settled` [s] on; a run that ended early has NaN for them, and for what is of
-    the whole flight.
+    Errors count from `settled` [s] on. They, and values of the whole flight, are NaN for a run that
+    ended early.
     """
     late = flight.sel(time=slice(settled, None))
     error = late["feature_error"].to_numpy()
@@ -251,14 +257,16 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
 
 
 def _saturated(flight: xr.Dataset) -> dict[str, float]:
-    """The most that rotors were asked for beyond their limits, of vehicles that have some."""
+    """Return the largest command to rotors beyond their limits, for vehicles that have some."""
     name = "largest_saturation"
     return {name: float(flight[name])} if name in flight else {}
 
 
 def _out_of_view(flight: xr.Dataset) -> float:
-    """Samples without a point, or more; after a flight has lost them all, the rest of them. NaN of
-    one that ended otherwise."""
+    """Return the number of samples with a point out of view.
+
+    After a flight has lost all points, the remaining samples count. NaN if it ended otherwise.
+    """
     if int(flight["status"]) not in (0, UNSEEN):
         return float("nan")
     seen = flight["in_view"].transpose("time", "point").to_numpy()
@@ -266,13 +274,13 @@ def _out_of_view(flight: xr.Dataset) -> float:
 
 
 def tip_error(flight: xr.Dataset) -> np.ndarray:
-    """Horizontal distance (time, 2) of the camera from above the target's centroid [m]."""
+    """Return horizontal distance (time, 2) of the camera from above the target's centroid [m]."""
     difference = flight["camera_position"] - flight["target_position"]
     return np.asarray(difference.sel(axis=["x", "y"]).transpose("time", "axis"))
 
 
 def _converged(time: np.ndarray, norm: np.ndarray) -> float:
-    """First time after which the norm of the feature error stays below CONVERGED, or NaN."""
+    """Return first time after which the norm of the feature error stays below CONVERGED, or NaN."""
     above = np.flatnonzero(~(norm < CONVERGED))
     first = above[-1] + 1 if above.size else 0
     lasts = first < len(time) and time[-1] - time[first] >= _STAYS * (time[-1] - time[0])

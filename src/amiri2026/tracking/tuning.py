@@ -1,13 +1,13 @@
 """A search for gains of the paper's law: every candidate flies every letter in every setting.
 
-Candidates are a scrambled Sobol set over `RANGES`, as constant gains and as gains of the image of
-now, refined by smaller sets about the best so far, of its kind. The objective is the mean over the
-runs of log(RMS feature error [px]) + log(RMS tip error [mm]) + log(1 + effort): settings whose
-errors differ by orders of magnitude weigh alike. The image may be right and the tip not above the
-target, so both count. Effort, the RMS of the force beyond the weight as a share of it, keeps the
-law from chattering. A run that ends early, or ends where rounding sends it, outweighs everything:
-every flight is flown again from a start a nanometre off. Candidates fly the first 20 s of a letter.
-What the best one loses of whole letters is told, with its errors as `tracking` counts them.
+Candidates are a scrambled Sobol set over `RANGES`, as constant gains and as current gains, refined
+by smaller sets about the best of their kind. The objective is the mean over the runs of
+log(RMS feature error [px]) + log(RMS tip error [mm]) + log(1 + effort), so that settings whose
+errors differ by orders of magnitude have equal weight. The image may be right and the tip not above
+the target, so both count. Effort, the RMS of the force beyond the weight as a share of it, prevents
+chattering. A run that ends early, or whose end depends on rounding, outweighs everything: every
+flight is repeated from a start a nanometre off. Candidates fly the first 20 s of a letter. Failures
+of the best one on whole letters are reported, with its errors as `tracking` computes them.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from continuair.kernels import PLANTS
 from continuair.progress import Progress, Steps
 from continuair.scenario import SETTINGS, damping_notes, noise_notes, without_rotors
 from continuair.sweeps import sobol
+from continuair.typing import Model
 from continuair.vehicle import check_single_vehicle
 
 Array = np.ndarray
@@ -39,21 +40,21 @@ RANGES = {
     "sliding": (1e-6, 1e-2),
     "sigma": (1e-4, 1e-1),
 }
-"""What is searched, on a logarithmic scale; `design` and `servoing` say what each one is."""
+"""Ranges of the search, on a logarithmic scale; `design` and `servoing` define them."""
 
 MARGINS = {"bandwidth": 1.15, "conditioning": 0.75}
-"""The candidates fly with these times what is returned, nearer to where a law chatters."""
+"""Factors of the candidates' settings on the returned ones, closer to chattering."""
 
 SHRINK = 0.4
 """Each round's box about the best candidate, as a share of the one before."""
 
-Run = tuple[str, str]
+Run = tuple[str, Model]
 """A setting and a plant."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """Gains, what each run that they flew came to, and the objective."""
+    """Gains, the outcome of each run with them, and the objective."""
 
     gains: dict[str, Any]
     flown: dict[Run, Outcomes]
@@ -67,7 +68,7 @@ class Candidate:
 
 @dataclass
 class _Search:
-    """What is searched by, and the best so far."""
+    """The settings of the search, and the best so far."""
 
     vehicle: Vehicle
     letters: Sequence[str]
@@ -79,9 +80,9 @@ class _Search:
     """of each run, how many candidates held it, and how many flew it"""
 
     def fly_round(self, points: Array, note: str) -> int | None:
-        """Fly points (rows, ranges) of RANGES' logarithms; the one that is the best now, if any.
+        """Simulate points (rows, ranges) of RANGES' logarithms; return the new best, if any.
 
-        Interrupted, the first round leaves the best of the runs that it has flown.
+        If interrupted, the first round keeps the best of the runs completed.
         """
         named = [dict(zip(RANGES, map(float, np.exp(p)), strict=True)) for p in points]
         rows = [{"gains": kind} | row for kind in self.kinds for row in named]
@@ -112,7 +113,7 @@ class _Search:
         return leader
 
     def relaxed(self) -> Candidate:
-        """The best with the margins taken off, unless it loses more without them."""
+        """Return the best with the margins taken off, unless it loses more without them."""
         assert self.best is not None
         off = {name: self.best.gains[name] / margin for name, margin in MARGINS.items()}
         gains = self.best.gains | off
@@ -132,12 +133,12 @@ def tune(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> dict[str, Any]:
-    """The best gains found, with the objective, its parts and what it takes to find them again.
+    """Search gains; return the best, with the objective, its parts and how to reproduce them.
 
     candidates: per round, a power of two, of each kind in the first one. letters: M has the
-    sharpest corners. Returns "gains", settings of `Gains`, "record", JSON-able, "remarks",
-    sentences on what they lose and why, "flies", whether they keep a setting, and "interrupted":
-    KeyboardInterrupt ends the search, not what it has found. Raises InputError.
+    sharpest corners. Returns "gains", settings of `Gains`; "record", JSON-able; "remarks",
+    sentences on their failures; "flies", whether they succeed in a setting; and "interrupted".
+    KeyboardInterrupt ends the search, but keeps its result. Raises InputError.
     """
     check_single_vehicle(vehicle)
     _check_size(candidates, rounds, seed)
@@ -189,7 +190,7 @@ def _refine(search: _Search, candidates: int, rounds: int, seed: int) -> None:
 
 
 def _of_runs(letters: Sequence[str], whole: dict[Run, Outcomes]) -> dict[str, Any]:
-    """RMS feature errors [px], and why letters are lost, by setting and plant, and by letter."""
+    """Return RMS feature errors [px], and failures, by setting and plant, and by letter."""
     errors: dict[str, dict[str, float]] = {}
     lost: dict[str, dict[str, str]] = {}
     for run, flown in whole.items():
@@ -202,7 +203,7 @@ def _of_runs(letters: Sequence[str], whole: dict[Run, Outcomes]) -> dict[str, An
 
 
 def _sentences(search: _Search, whole: dict[Run, Outcomes]) -> list[str]:
-    """What the gains lose, why, and how many candidates did not, as far as these flew."""
+    """Return the failures of the gains, why, and how many candidates did not fail."""
     told = []
     for run, flown in whole.items():
         for letter, why in zip(search.letters, flown.why[0], strict=True):
@@ -222,7 +223,7 @@ def _sentences(search: _Search, whole: dict[Run, Outcomes]) -> list[str]:
 
 
 def as_toml(found: dict[str, Any]) -> str:
-    """What `tune` found as a file for `load_gains`."""
+    """Return the result of `tune` as a file for `load_gains`."""
     record = dict(found["record"])
     tables = {name: record.pop(name) for name in ("rms_px", "lost")}
     lines = ["# DPD-SM-IBVS gains, in normalised image coordinates; found by continuair tune."]

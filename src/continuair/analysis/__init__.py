@@ -1,4 +1,4 @@
-"""Analysis of vehicles and flights: metrics, errors between models, modes, Lyapunov functions."""
+"""Analysis of vehicles and flights: metrics, model differences, modes, Lyapunov functions."""
 
 from continuair import lazy
 

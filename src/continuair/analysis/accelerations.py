@@ -1,9 +1,9 @@
-"""Accelerations of any model: in the paper's coordinates, and in regular ones."""
+"""Accelerations of a model, in the paper's coordinates and in regular ones."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,36 +12,63 @@ from continuair.engine.engine import Drive, Engine, Start, check_device
 from continuair.errors import InputError, shown
 from continuair.flight.prepare import check_same_runs
 from continuair.kernels.dynamics import MODELS
+from continuair.typing import Array, ArrayLike, Model
 from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.coordinates import branches_of, paper_accelerations, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL, PAPER, TIP
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
 _REGULAR = 1e-9
-"""Smallest |cos θ| at which Euler accelerations keep some digits."""
+"""Smallest |cos θ| at which Euler accelerations keep significant digits."""
 
 
 def forward_dynamics(
     vehicle: Vehicle,
-    q: Any,
-    qd: Any,
-    tau: Any = 0.0,
-    tip_wrench: Any = 0.0,
+    q: ArrayLike,
+    qd: ArrayLike,
+    tau: ArrayLike = 0.0,
+    tip_wrench: ArrayLike = 0.0,
     *,
-    model: str = "coupled",
+    model: Model = "coupled",
     gravity: float = 9.81,
-    dtype: str = "float64",
+    dtype: Literal["float64", "float32"] = "float64",
     device: str = "cpu",
-) -> np.ndarray:
-    """Accelerations q̈ in the paper's coordinates, (8,) or (n, 8), through the kernels.
+) -> Array:
+    """Return the accelerations q̈ in the paper's coordinates.
 
-    q, qd: (8,) or (n, 8), for several sections 6 + 2 numbers per section; tau: generalised forces
-    conjugate to q, 0 for none; tip_wrench: force and moment on the tip in world axes (6,) or (n,
-    6), of several arms in turn. model, gravity, dtype, device: as in `simulate`.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle, or a batch.
+    q, qd : array_like, shape (8,) or (n, 8)
+        Paper coordinates and their rates [m, rad, 1/m, rad; per s]. Of N sections, 6 + 2 N numbers.
+    tau : array_like, shape (8,) or (n, 8), optional
+        Generalised forces conjugate to q [N, N m, N m², N m]; 0 for none.
+    tip_wrench : array_like, shape (6,) or (n, 6), optional
+        Force and moment on the tip in world axes [N, N m], six per arm; 0 for none.
+    model : {"coupled", "decoupled", "independent"}, default "coupled"
+        As in `simulate`.
+    gravity : float, optional
+        Acceleration of gravity, along -z of the world [m/s²].
+    dtype : {"float64", "float32"}, default "float64"
+        Precision of the computation.
+    device : str, optional
+        "cpu" or a CUDA device.
 
-    Eq. of motion, Amiri et al. ψ̈a divides by κ: |κ| below κ_s counts as κ_s (Remark 1). NaN where
-    |κ| l exceeds 2π. Raises InputError, also where the coordinates are singular: at cos θ = 0, and
-    at κ = 0 if κ_s is 0.
+    Returns
+    -------
+    ndarray, shape (8,) or (n, 8)
+        Accelerations [m/s², rad/s², 1/(m s²), rad/s²]. NaN where |κ| l exceeds 2π.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the coordinates are singular: at cos θ = 0, and at κ = 0
+        if κ_s is 0.
+
+    Notes
+    -----
+    Eq. of motion, Amiri et al. (2026). ψ̈a is divided by κ: |κ| below κ_s counts as κ_s (Remark 1).
     """
     gravity = _checked(vehicle, model, gravity, dtype, device)
     layout = vehicle.layout
@@ -73,38 +100,76 @@ def forward_dynamics(
 def accelerations(
     vehicle: Vehicle,
     *,
-    attitude: Any = (0.0, 0.0, 0.0, 1.0),
-    bend: Any = None,
-    velocity: Any = None,
-    angular_velocity: Any = None,
-    bend_rate: Any = None,
-    force: Any = None,
-    moment: Any = None,
-    bend_moment: Any = None,
-    tip_wrench: Any = None,
+    attitude: ArrayLike = (0.0, 0.0, 0.0, 1.0),
+    bend: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
+    angular_velocity: ArrayLike | None = None,
+    bend_rate: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    moment: ArrayLike | None = None,
+    bend_moment: ArrayLike | None = None,
+    tip_wrench: ArrayLike | None = None,
     gravity: float = 9.81,
-    model: str = "coupled",
-    dtype: str = "float64",
+    model: Model = "coupled",
+    dtype: Literal["float64", "float32"] = "float64",
     device: str = "cpu",
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Accelerations (v̇, ω̇, k̈) in coordinates without singularities, through the kernels.
+) -> tuple[Array, Array, Array]:
+    """Return the accelerations (v̇, ω̇, k̈) in coordinates without singularities.
 
-    attitude: (4,) x y z w, body to world, of any length above 0. bend, bend_rate, bend_moment:
-    (N, 2) over all sections, arm by arm from the base out [1/m, 1/(m s), N m²], a bend moment
-    conjugate to its bend. velocity, force: (3,) of B's origin and at it, world axes.
-    angular_velocity, moment: (3,), body axes. tip_wrench: (arms, 6), force and moment on each tip
-    about it, world axes. gravity, dtype, device: as in `simulate`.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle, or a batch.
+    attitude : array_like, shape (4,), optional
+        Quaternion x y z w, body to world, of any length above 0.
+    bend : array_like, shape (N, 2), optional
+        Bend vectors of all sections, arm by arm from the base out [1/m].
+    velocity : array_like, shape (3,), optional
+        Velocity of B's origin in world axes [m/s].
+    angular_velocity : array_like, shape (3,), optional
+        Angular velocity in body axes [rad/s].
+    bend_rate : array_like, shape (N, 2), optional
+        Rates of the bend vectors [1/(m s)].
+    force : array_like, shape (3,), optional
+        Force at B's origin in world axes [N].
+    moment : array_like, shape (3,), optional
+        Moment in body axes [N m].
+    bend_moment : array_like, shape (N, 2), optional
+        Generalised forces conjugate to the bend vectors [N m²].
+    tip_wrench : array_like, shape (arms, 6), optional
+        Force on each tip and moment about it, in world axes [N, N m].
+    gravity : float, optional
+        Acceleration of gravity, along -z of the world [m/s²].
+    model : {"coupled", "decoupled", "independent"}, default "coupled"
+        As in `simulate`. In "independent", the arms are frozen at these bends.
+    dtype : {"float64", "float32"}, default "float64"
+        Precision of the computation.
+    device : str, optional
+        "cpu" or a CUDA device.
 
-    What is missing is 0. All take a leading axis for a batch (n, …), as the vehicle may have runs.
+    Returns
+    -------
+    v_dot : ndarray, shape (3,)
+        Acceleration dv/dt of B's origin in world axes [m/s²]; -gravity in free fall.
+    omega_dot : ndarray, shape (3,)
+        Angular acceleration in body axes [rad/s²].
+    k_dot_dot : ndarray, shape (N, 2)
+        Second derivatives of the bend vectors [1/(m s²)].
 
-    Returns v̇ = dv/dt (3,) in world axes, which is -gravity in free fall, ω̇ (3,) in body axes and k̈
-    (N, 2), each with the leading axis of a batch; NaN where a section is bent beyond a full circle.
-    `independent` freezes its arms as they are here. Raises InputError.
+    Raises
+    ------
+    InputError
+        If an argument cannot be used.
+
+    Notes
+    -----
+    Missing quantities are 0. All quantities may have a leading axis (n,) for a batch, and then so
+    do the results. Results are NaN where a section is bent beyond a full circle.
     """
     gravity = _checked(vehicle, model, gravity, dtype, device)
     layout = vehicle.layout
     per_section, per_arm = bend_vectors(np.zeros(layout.bends)).shape, (layout.arms, 6)
-    given = {
+    given: dict[str, tuple[Any, tuple[int, ...]]] = {
         "attitude": (attitude, (4,)),
         "bend": (bend, per_section),
         "velocity": (velocity, (3,)),
@@ -127,7 +192,7 @@ def accelerations(
     for name in ("force", "moment", "bend_moment", "tip_wrench"):
         inputs[0, :, layout.of_input[name]] = arrays[name]
     engine = Engine(vehicle, model, dtype, device)
-    # No polar torque acts, so that no branch of the bend is needed.
+    # No polar torque acts, so the sign of the bend direction is not needed.
     start = Start(states, np.zeros((n, layout.branch_angles)))
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity), compiled=True)
     found = [rate[:, where] for where in (layout.velocity, layout.angular_velocity)]
@@ -138,7 +203,7 @@ def accelerations(
 
 
 def _checked(vehicle: Any, model: Any, gravity: Any, dtype: Any, device: Any) -> float:
-    """The gravity; InputError for what is not known of these."""
+    """Return the gravity, or raise InputError for an unknown option."""
     check_vehicle(vehicle)
     checks.choice("model", model, MODELS)
     checks.choice("dtype", dtype, ("float64", "float32"))
@@ -146,16 +211,16 @@ def _checked(vehicle: Any, model: Any, gravity: Any, dtype: Any, device: Any) ->
     return checks.gravity(gravity)
 
 
-def _runs(vehicle: Vehicle, arrays: Mapping[str, np.ndarray]) -> int:
-    """How many runs there are of a vehicle and of rows; InputError where they differ."""
+def _runs(vehicle: Vehicle, arrays: Mapping[str, Array]) -> int:
+    """Return the number of runs of a vehicle and of rows, or raise InputError if they differ."""
     sizes = {"vehicle": vehicle.runs or 1} | {name: len(rows) for name, rows in arrays.items()}
     n = max(sizes.values())
     check_same_runs(n, sizes)
     return n
 
 
-def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> np.ndarray:
-    """Rows (n or 1, numbers) of a quantity whose value for one run has a shape; None is 0."""
+def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> Array:
+    """Return rows (n or 1, numbers) of a quantity with a shape per run; None is 0."""
     if value is None:
         return np.zeros((1, int(np.prod(one))))
     found = checks.finite_array(value)
@@ -171,15 +236,15 @@ def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> np.ndarray:
     return found.reshape(len(found) if found.ndim > len(one) else 1, int(np.prod(one)))
 
 
-def _check_regular(q: np.ndarray, kappa_s: np.ndarray) -> None:
-    """Refuse configurations at which Euler angles or polar bend have no accelerations."""
+def _check_regular(q: Array, kappa_s: Array) -> None:
+    """Raise InputError where Euler angles or the polar bend have no accelerations."""
     if (np.abs(np.cos(q[:, 4])) < _REGULAR).any():
         raise InputError(
-            "q holds a pitch of a quarter turn, where roll and yaw have no accelerations; give "
-            "another pitch, or simulate, whose state has no singularity."
+            "q has a pitch of ±π/2, where roll and yaw have no accelerations; give another pitch, "
+            "or use accelerations."
         )
     if ((polar_of(q)[0] == 0.0) & (kappa_s == 0.0)).any():
         raise InputError(
-            "q holds a bend of 0 while its kappa_s is 0, where psi_a has no acceleration; give a "
-            "bend, or a kappa_s above 0."
+            "q has a bend of 0 while kappa_s is 0, where psi_a has no acceleration; give a bend, "
+            "or a kappa_s above 0."
         )

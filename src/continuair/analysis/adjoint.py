@@ -1,12 +1,12 @@
-"""The sweep that carries derivatives of a cost back through the steps of a flight.
+"""The adjoint sweep that propagates derivatives of a cost backwards through the steps of a flight.
 
 With y_i the state at the start of step i and λ_i the cost's derivative with respect to it,
 
-    λ_i = (∂y_{i+1}/∂y_i)ᵀ λ_{i+1} + what the cost itself has of y_i,
+    λ_i = (∂y_{i+1}/∂y_i)ᵀ λ_{i+1} + ∂cost/∂y_i.
 
-and the inputs of step i, the fields of the vehicle and, in `independent`, the start get their share
-of each (∂y_{i+1}/∂·)ᵀ λ_{i+1}. Attitudes are followed in their four numbers; each step ends with a
-unit quaternion, so that what lies along the quaternion has no part in it.
+The inputs of step i, the fields of the vehicle and, for "independent", the initial state receive
+(∂y_{i+1}/∂·)ᵀ λ_{i+1}. Attitudes are differentiated in their four components; each step ends with
+a unit quaternion, so the component along the quaternion has no effect.
 """
 
 from __future__ import annotations
@@ -23,24 +23,26 @@ from continuair.engine.tangents import Tangents
 from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.slopes import tip_columns
+from continuair.typing import Array
 from continuair.vehicle.layout import GENERAL, TIP, Layout, width_of
 
-Array = np.ndarray
-
 OF_STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
-"""Variables of a trajectory that are a state; velocity in body axes."""
+"""Variables of a trajectory that form the state; velocity in body axes."""
 
 OF_TIPS = tuple(tip_columns(1))
 """Variables of a trajectory that follow from a state and the vehicle."""
 
 _AT_ONCE = 2048
-"""Steps whose derivatives are in memory at once."""
+"""Number of steps whose derivatives are in memory at once."""
 
 
 @dataclass(frozen=True, eq=False)
 class Flown:
-    """A flight of one model: log (steps + 1, columns) where steps begin, and at the end; samples
-    (n,), which of these rows are samples; and the recorder that has kept the samples."""
+    """A flight of one model.
+
+    log: rows (steps + 1, columns) at the starts of steps and at the end. samples: indices (n,) of
+    the rows that are samples. recorder: holds the samples.
+    """
 
     cohort: Cohort
     model: str
@@ -56,12 +58,12 @@ class Flown:
 
     @property
     def times(self) -> Array:
-        """Where steps begin, and the end (steps + 1,) [s]."""
+        """Starts of the steps, and the end (steps + 1,) [s]."""
         return np.append(self.cohort.grid.starts, self.cohort.grid.samples[-1])
 
 
 def flown(flight: Flight, model: str) -> Flown:
-    """Fly a prepared flight of one run, and keep where each step begins."""
+    """Simulate a prepared flight of one run, and keep the state at the start of each step."""
     cohort, engine = next(flight.cohorts()), flight.engine(model)
     grid = cohort.grid
     samples = np.append(0, 1 + np.flatnonzero(grid.sample_after >= 0))
@@ -80,8 +82,11 @@ def flown(flight: Flight, model: str) -> Flown:
 
 @dataclass(frozen=True, eq=False)
 class Swept:
-    """Derivatives of a cost with respect to the first state (state,), inputs held during each step
-    (steps, inputs), and directions of the vehicle (directions,)."""
+    """Derivatives of a cost.
+
+    With respect to the initial state (state,), inputs held during each step (steps, inputs), and
+    directions of the vehicle's fields (directions,).
+    """
 
     state: Array
     inputs: Array
@@ -89,14 +94,17 @@ class Swept:
 
 
 def sweep(flight: Flown, tangents: Tangents, cost: Mapping[str, Array]) -> Swept:
-    """Carry a cost's derivatives back, of variables (samples, columns) of the trajectory."""
+    """Return the derivatives of a cost, given those with respect to trajectory variables.
+
+    cost: variable -> derivatives (samples, columns).
+    """
     slopes = Slopes(flight.cohort.flight.engine(flight.model), tangents)
     grid, layout = flight.cohort.grid, flight.layout
-    # Inputs that the scenario leaves out are none, and have derivatives as well.
+    # Inputs that the scenario omits are zero, and have derivatives as well.
     drive = replace(flight.cohort.drive, groups=GENERAL + TIP)
     inputs, state, begun = slice(0, layout.inputs), slopes.directions.state, slopes.directions.start
     count, own = len(grid.steps), _of_states(flight, cost)
-    start, pushes = np.zeros(layout.state), np.zeros((count, layout.inputs))
+    start, of_inputs = np.zeros(layout.state), np.zeros((count, layout.inputs))
     fields = _add_tips(flight, slopes, cost, own)
     back = own[count]
     for first in reversed(range(0, count, _AT_ONCE)):
@@ -104,16 +112,16 @@ def sweep(flight: Flown, tangents: Tangents, cost: Mapping[str, Array]) -> Swept
         rows = slopes.of_steps(grid, drive, flight.log, part)
         for i in reversed(range(part.start, part.stop)):
             found = rows[i - part.start] @ back
-            pushes[i] = found[inputs]
+            of_inputs[i] = found[inputs]
             fields += found[slopes.fields]
             if begun.stop > begun.start:
                 start += found[begun]
             back = found[state] + own[i]
-    return Swept(back + start, pushes, fields)
+    return Swept(back + start, of_inputs, fields)
 
 
 def _of_states(flight: Flown, cost: Mapping[str, Array]) -> Array:
-    """What a cost has of each state (steps + 1, state) by itself."""
+    """Return the partial derivatives of a cost with respect to each state (steps + 1, state)."""
     layout, at = flight.layout, flight.samples
     own = np.zeros((len(flight.log), layout.state))
     for name in OF_STATE:
@@ -127,7 +135,7 @@ def _of_states(flight: Flown, cost: Mapping[str, Array]) -> Array:
 
 
 def _add_tips(flight: Flown, slopes: Slopes, cost: Mapping[str, Array], own: Array) -> Array:
-    """Add to `own` what a cost has of each state by tips; returns what it has of fields by them."""
+    """Add the cost's derivatives through the tips to `own`; return those of the fields."""
     columns = tip_columns(flight.layout.arms)
     on_tips = np.zeros((len(flight.samples), width_of(columns)))
     for name in columns.keys() & cost.keys():
@@ -144,17 +152,19 @@ def _add_tips(flight: Flown, slopes: Slopes, cost: Mapping[str, Array], own: Arr
 
 
 def _of_body_velocity(log: Array, cost: Array, layout: Layout) -> tuple[Array, Array]:
-    """Derivatives with respect to world velocities (n, 3) and attitudes (n, 4), of those with
-    respect to velocities in body axes (n, 3)."""
+    """Return derivatives with respect to world velocities (n, 3) and attitudes (n, 4).
+
+    cost: derivatives with respect to velocities in body axes (n, 3).
+    """
     attitude = log[:, layout.attitude]
     turn = Rotation.from_quat(attitude)
     in_body = turn.inv().apply(log[:, layout.velocity])
-    # A turn by θ in body axes changes what they see of a vector v by v × θ.
+    # A rotation by θ in body axes changes the body components of a vector v by v × θ.
     return turn.apply(cost), 2.0 * _turned(attitude, np.cross(cost, in_body))
 
 
 def _turned(attitude: Array, angle: Array) -> Array:
-    """Twice the change of quaternions (n, 4) by small rotation vectors (n, 3) in body axes."""
+    """Return twice the change of quaternions (n, 4) by small body-axis rotation vectors (n, 3)."""
     x, y, z, w = attitude.T
     a, b, c = angle.T
     return np.stack(
@@ -164,7 +174,10 @@ def _turned(attitude: Array, angle: Array) -> Array:
 
 
 def of_rotation(attitude: Array, slope: Array) -> Array:
-    """Derivative (3,) with respect to a rotation vector in body axes, of that with respect to a
-    quaternion (4,), of whose change along itself it knows nothing."""
+    """Return the derivative (3,) with respect to a rotation vector in body axes.
+
+    slope: derivative with respect to a quaternion (4,); its component along the quaternion is
+    ignored.
+    """
     tangents = 0.5 * _turned(np.tile(attitude, (3, 1)), np.eye(3))
     return np.asarray(tangents @ slope)

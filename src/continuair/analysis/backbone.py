@@ -1,27 +1,25 @@
-"""How an arm's backbone runs: points and frames along it, for its bends."""
+"""Points and frames along an arm's backbone, from its bend vectors."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from continuair.equations.arc import arc_rotation
 from continuair.equations.turns import of_quaternion
+from continuair.typing import Array
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.vehicle import Vehicle
 
-Array = NDArray[np.float64]
-
 TIP = np.diag([1.0, -1.0, -1.0])
-"""Axes of a tip frame, whose z points out of the arm, in those of its section's end."""
+"""Axes of a tip frame, whose z points out of the arm, relative to those of its section's end."""
 
 HALF_TURN = (1.0, 0.0, 0.0, 0.0)
-"""The same, as a quaternion x y z w."""
+"""`TIP` as a quaternion x y z w."""
 
 
 def parts(vehicle: Vehicle, bend: Array) -> list[tuple[ArmChain, Array]]:
-    """Return each arm with the bends (..., its sections, 2) of those (..., sections, 2)."""
+    """Return each arm with its own bend vectors (..., sections of the arm, 2)."""
     ends = np.cumsum((0, *vehicle.shape))
     own = [bend[..., first:last, :] for first, last in zip(ends[:-1], ends[1:], strict=True)]
     return list(zip(vehicle.arms, own, strict=True))
@@ -30,13 +28,13 @@ def parts(vehicle: Vehicle, bend: Array) -> list[tuple[ArmChain, Array]]:
 def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:
     """Return points (..., points, 3) [m] and frames (..., points, 3, 3) along an arm, body axes.
 
-    bend: (..., sections, 2) [1/m]. Frames are those of the sections: untwisted, -z is the tangent.
+    bend: (..., sections, 2) [1/m]. Frames are untwisted section frames with the tangent along -z.
     """
     return along_at(arm, bend, stations(arm, points))
 
 
 def along_at(arm: ArmChain, bend: Array, s: Array) -> tuple[Array, Array]:
-    """As `along`, at arc lengths s (points,) [m] that ascend from the mount."""
+    """Return points and frames as `along`, at ascending arc lengths (points,) from the mount."""
     points = len(s)
     found = np.empty((*bend.shape[:-2], points, 3))
     frames = np.empty((*found.shape, 3))
@@ -46,7 +44,7 @@ def along_at(arm: ArmChain, bend: Array, s: Array) -> tuple[Array, Array]:
     for index, section in enumerate(arm.section):
         last = index == len(arm.section) - 1
         stop = points if last else int(np.searchsorted(s, start + section.length))
-        # The end, from which the next section hangs, is one more point.
+        # The section's end, where the next one begins, is one more point.
         local = np.append(s[first:stop] - start, section.length)
         r, turn = arc(bend[..., None, index, :], local)
         r, turn = origin[..., None, :] + _turned(axes, r), axes[..., None, :, :] @ turn
@@ -84,7 +82,7 @@ def placed(position: Array, attitude: Array, points: Array) -> Array:
 
 
 def turned(attitude: Array, vectors: Array) -> Array:
-    """Return vectors (..., n, 3) in axes that an attitude (..., 4) x y z w turns to the world's."""
+    """Return vectors (..., n, 3) rotated by an attitude (..., 4) x y z w, to world axes."""
     return _turned(of_quaternion(attitude), vectors)
 
 
@@ -100,4 +98,5 @@ def quaternions(frames: Array) -> Array:
 
 
 def _turned(axes: Array, points: Array) -> Array:
+    """Return vectors (..., n, 3) multiplied by axes (..., 3, 3)."""
     return np.asarray(np.einsum("...ij,...pj->...pi", axes, points))

@@ -1,4 +1,4 @@
-"""The stable balance that lies downhill from rest, of forces that come from a potential."""
+"""Stable equilibrium reached downhill from the origin, for forces that have a potential."""
 
 from __future__ import annotations
 
@@ -6,29 +6,31 @@ from collections.abc import Callable
 
 import numpy as np
 
+from continuair.typing import Array
 from continuair.vehicle.arc import COORDINATES, bend_vectors
 
-Slope = Callable[[np.ndarray], np.ndarray]
+Slope = Callable[[Array], Array]
 
 _STEPS = 500
 _DIFFERENCE, _LONGEST, _PUSH, _BALANCED = 1e-5, 0.1, 1e-2, 1e-10
-"""Of central differences, of a step, of what tips a balance over, and of a slope that is none, in
-shares of the largest coordinates."""
+"""Central difference, longest step, perturbation of an unstable equilibrium, and zero gradient, as
+fractions of the largest coordinates."""
 _FLATTEST = 1e-3
-"""Least curvature that a step reckons with; that of the springs is 1."""
+"""Least curvature used in a Newton step; that of the springs is 1."""
 _NEUTRAL = 1e-6
-"""Curvature, of springs of 1, that is none, as around the balances of an arm that buckles upright:
-it may fall to any side."""
+"""Curvature that counts as zero, for springs of 1: an upright arm that buckles may fall to any
+side."""
 _FALLS = 0.9
-"""Share of a step's first slope that its last may have, with the other sign: not uphill again."""
+"""Largest slope at the end of a step, as a fraction of the first slope, with the opposite sign."""
 
 
-def balance(slope: Slope, largest: np.ndarray) -> np.ndarray | None:
-    """Where pairs of coordinates (2 n,) come to rest downhill from 0, or None.
+def balance(slope: Slope, largest: Array) -> Array | None:
+    """Return the equilibrium (2 n,) reached downhill from 0, or None.
 
-    slope: those (m, 2 n) of the potential at places (m, 2 n), springs of 1 among it; largest: what
-    the lengths of the pairs (n,) stay below. From a balance that is not stable, as of an arm that
-    stands upright, it goes on to both sides, where it falls most; the nearer to 0 counts.
+    slope: gradients (m, 2 n) of the potential at places (m, 2 n), springs of stiffness 1 included;
+    largest: upper limits (n,) of the lengths of the coordinate pairs. An unstable equilibrium, such
+    as an upright arm, is left to both sides along its most unstable axis; of the two equilibria,
+    the one nearer to 0 is returned.
     """
     size = COORDINATES * len(largest)
     ways = [np.zeros(size)]
@@ -43,24 +45,28 @@ def balance(slope: Slope, largest: np.ndarray) -> np.ndarray | None:
     return None
 
 
-def _steepest(curvatures: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """The axis (2 n,) of the least curvature: of equal ones, what the first coordinate has most of
-    them, as their own axes are of any direction."""
+def _steepest(curvatures: Array, axes: Array) -> Array:
+    """Return the axis (2 n,) of least curvature.
+
+    Of equal curvatures, whose axes are arbitrary, the axis that the first coordinate has most of.
+    """
     least = axes[:, curvatures < curvatures[0] + _NEUTRAL]
     shares = least @ least.T
     axis = shares[np.argmax(np.round(np.diag(shares), 6))]
     return np.asarray(axis / np.linalg.norm(axis))
 
 
-def _downhill(slope: Slope, x: np.ndarray, largest: np.ndarray) -> np.ndarray | None:
-    """Where there is no slope, downhill from x by Newton's steps with curvatures taken positive,
-    which lead to no saddle but from its ridge; or None."""
+def _downhill(slope: Slope, x: Array, largest: Array) -> Array | None:
+    """Return where the gradient vanishes, downhill from x, or None.
+
+    Newton steps with absolute curvatures, which reach a saddle only from its ridge.
+    """
     for _ in range(_STEPS):
         (steep,) = slope(x[None])
         curvatures, axes = np.linalg.eigh(_curvature(slope, x, largest))
         step = -axes @ (axes.T @ steep / np.maximum(np.abs(curvatures), _FLATTEST))
         if np.abs(steep).max() < _BALANCED * largest.min():
-            # The last digits.
+            # A last Newton step for full precision.
             return np.asarray(x + step)
         step *= min(1.0, _LONGEST * float(np.min(largest / np.maximum(_sizes(step), 1e-300))))
         while not _leads_down(slope, x, step, steep, largest):
@@ -71,18 +77,16 @@ def _downhill(slope: Slope, x: np.ndarray, largest: np.ndarray) -> np.ndarray | 
     return None
 
 
-def _leads_down(
-    slope: Slope, x: np.ndarray, step: np.ndarray, steep: np.ndarray, largest: np.ndarray
-) -> bool:
-    """Whether a step stays inside, and is not too long by the slope at its end."""
+def _leads_down(slope: Slope, x: Array, step: Array, steep: Array, largest: Array) -> bool:
+    """Return whether a step stays within limits, and its slope does not reverse too far."""
     if not (_sizes(x + step) < largest).all():
         return False
     (after,) = slope((x + step)[None])
     return bool(after @ step <= -_FALLS * (steep @ step))
 
 
-def _curvature(slope: Slope, x: np.ndarray, largest: np.ndarray) -> np.ndarray:
-    """The symmetric part of the slopes' slopes (2 n, 2 n)."""
+def _curvature(slope: Slope, x: Array, largest: Array) -> Array:
+    """Return the symmetric part of the Hessian (2 n, 2 n)."""
     h = _DIFFERENCE * np.repeat(largest, COORDINATES)
     aside = np.diag(h)
     ahead, behind = np.split(slope(np.vstack([x + aside, x - aside])), 2)
@@ -90,6 +94,6 @@ def _curvature(slope: Slope, x: np.ndarray, largest: np.ndarray) -> np.ndarray:
     return np.asarray((found + found.T) / 2.0)
 
 
-def _sizes(x: np.ndarray) -> np.ndarray:
-    """Lengths (n,) of pairs."""
+def _sizes(x: Array) -> Array:
+    """Return the lengths (n,) of coordinate pairs."""
     return np.asarray(np.linalg.norm(bend_vectors(x), axis=-1))

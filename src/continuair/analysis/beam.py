@@ -1,6 +1,6 @@
-"""The arm as an Euler-Bernoulli beam: what the assumption of constant curvature costs.
+"""The arm as an Euler-Bernoulli beam: the error of the constant-curvature assumption.
 
-Small deflections of the straight arm. Its deflection is a sum of shapes whose curvatures are
+Small deflections of the straight arm. The deflection is a sum of shapes whose curvatures are
 Legendre polynomials. One of them, constant over the whole arm, is the model of this package; with
 SHAPES of them between any two disks the lowest frequency is that of the beam.
 """
@@ -8,37 +8,67 @@ SHAPES of them between any two disks the lowest frequency is that of the beam.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 from scipy.linalg import eigvalsh
 
 from continuair import checks
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
-
-Array = NDArray[np.float64]
 
 SHAPES = 8
 """Shapes per piece and plane of bending: the lowest frequency is then off by 1e-8 at most."""
 
 CUTS = 30
-"""Disks at which the arm is cut, as the beam's curvature jumps or has kinks there; of more, those
-that move most as it bends: the worst of 80 frequencies, of up to 60 heavy disks, was 2.3e-4 off."""
+"""Most disks at which the arm is cut, as the beam's curvature jumps or has kinks there.
+
+Of more disks, those that move most in bending are used. The largest error of 80 frequencies, with
+up to 60 heavy disks, was 2.3e-4.
+"""
 
 
-def curvature_error(vehicle: Vehicle, *, gravity: float = 9.81) -> dict[str, dict[str, Any]]:
-    """Return how far an arm of constant curvature is from an Euler-Bernoulli beam.
+class BeamComparison(TypedDict):
+    """A quantity of the arm of constant curvature beside that of its reference.
 
-    Quantity -> model, reference (both in `units`) and error, model / reference - 1. Compared are
-    the tip's deflection and angle under a force and a couple at the tip, its sag when the arm is
-    held level, and the first bending frequency with the UAV clamped and free, disks included; of
-    the two planes, which differ for a free UAV of unequal moments, the lower one's. Last, beside
-    them, what decoupling does to the last of these: the clamped frequency of an arm of constant
-    curvature against its free one. Gravity [m/s²] acts in the sag alone.
-    Raises InputError for a batched vehicle.
+    model, reference: in `units`; error: model / reference - 1, or 0 if the reference is 0.
+    """
+
+    model: float
+    reference: float
+    error: float
+    units: str
+
+
+def curvature_error(vehicle: Vehicle, *, gravity: float = 9.81) -> dict[str, BeamComparison]:
+    """Compare an arm of constant curvature with an Euler-Bernoulli beam.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with an [arm] table.
+    gravity : float, optional
+        Acceleration of gravity [m/s²]; it affects the sag only.
+
+    Returns
+    -------
+    dict
+        Quantity to `model`, `reference`, `error` (model / reference - 1) and `units`.
+
+    Raises
+    ------
+    InputError
+        If `vehicle` is a batch, or has several sections.
+
+    Notes
+    -----
+    Compared are the tip's deflection and angle under a tip force and a tip couple, its sag with the
+    arm held level, and the first bending frequency with the UAV clamped and free, disks included. A
+    free UAV of unequal moments of inertia has two frequencies; the lower one is used. The last row
+    gives the error of decoupling: the clamped frequency of the constant-curvature arm against its
+    free one.
     """
     check_single_vehicle(vehicle)
     gravity = checks.gravity(gravity)
@@ -70,64 +100,69 @@ def curvature_error(vehicle: Vehicle, *, gravity: float = 9.81) -> dict[str, dic
 def beam_frequency(vehicle: Vehicle, *, free: bool = False) -> float:
     """Return the first bending frequency of the straight arm without gravity [rad/s].
 
-    free: the UAV moves, else it is clamped. Of the two planes, which differ for a free UAV of
-    unequal moments, the lower one's. Rayleigh-Ritz; the rotary inertia of the sections is included.
+    free: the UAV moves, else it is clamped. A free UAV of unequal moments of inertia has two
+    frequencies; the lower one is returned. Rayleigh-Ritz; rotary inertia of the sections is
+    included.
     """
     return _first_frequency(vehicle, _Shapes(_cuts(vehicle.arm), SHAPES), free)
 
 
 def arc_frequency(vehicle: Vehicle, *, free: bool = False) -> float:
-    """Return the same of an arm of constant curvature: with one shape for the whole arm."""
+    """Return the first bending frequency of an arm of constant curvature [rad/s], as
+    `beam_frequency`."""
     return _first_frequency(vehicle, _Shapes(np.array([0.0, vehicle.arm.length]), 1), free)
 
 
 @dataclass(frozen=True)
 class _Shapes:
-    """Curvatures that are Legendre polynomials P_i, i < count, of one piece of the arm, and 0 else.
+    """Shapes whose curvature is a Legendre polynomial P_i, i < count, on one piece of the arm, else
+    0.
 
-    cuts: arc lengths (pieces + 1,) from base to tip [m]. Shapes are told piece by piece.
+    cuts: arc lengths (pieces + 1,) from base to tip [m]. Shapes are ordered by piece.
     """
 
     cuts: Array
     count: int
 
     def norms(self) -> Array:
-        """Integrals of the squares of the curvatures over the arm [m]."""
+        """Return the integrals of the squared curvatures over the arm [m]."""
         return np.outer(np.diff(self.cuts), 1 / (2 * np.arange(self.count) + 1)).ravel()
 
     def at(self, s: float) -> tuple[Array, Array]:
-        """Deflection [m²] and slope [m] at an arc length s [m]."""
+        """Return deflections [m²] and slopes [m] at an arc length s [m]."""
         half = np.diff(self.cuts) / 2
         within = np.clip((s - self.cuts[:-1]) / half - 1, -1, 1)
         polynomials = np.eye(self.count)
         once, twice = (legendre.legint(polynomials, m=m, lbnd=-1, axis=1) for m in (1, 2))
         slope = half * legendre.legval(within, once.T)
-        # Beyond its piece a shape goes on straight.
+        # Beyond its piece a shape is straight.
         beyond = np.maximum(s - self.cuts[1:], 0)
         deflection = half**2 * legendre.legval(within, twice.T) + slope * beyond
         return deflection.T.ravel(), slope.T.ravel()
 
     def nodes(self) -> tuple[Array, Array]:
-        """Arc lengths and weights [m] at which products of two deflections are integrated."""
+        """Return arc lengths and weights [m] that integrate products of two deflections."""
         nodes, weights = legendre.leggauss(self.count + 2)
         half = np.diff(self.cuts)[:, None] / 2
         return (self.cuts[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
 
 
 def _cuts(arm: Section) -> Array:
-    """Arc lengths of base, tip and disks [m], of many disks those that move most as it bends."""
+    """Return arc lengths of base, tip and disks [m]; of many disks, those that move most in
+    bending."""
     between = [disk for disk in arm.disks if 0 < disk.position < arm.length]
     moving = sorted(between, key=lambda disk: -disk.straight_modal_mass)[:CUTS]
     return np.unique([0.0, arm.length, *(disk.position for disk in moving)])
 
 
 def _first_frequency(vehicle: Vehicle, shapes: _Shapes, free: bool) -> float:
+    """Return the first bending frequency [rad/s] for a set of shapes."""
     M = _mass_matrix(vehicle, shapes)
     hub, bend = slice(0, 6), slice(6, None)
     inertia = M[bend, bend]
     if free:
         inertia = inertia - M[bend, hub] @ np.linalg.solve(M[hub, hub], M[hub, bend])
-    # Divided by the stiffness, as the inertia of the shapes of a short piece is next to nothing.
+    # Scaled by the stiffness, as the inertia of shapes of a short piece is tiny.
     scale = np.sqrt(vehicle.arm.bending_stiffness * np.repeat(shapes.norms(), 2))
     last = len(scale) - 1
     (largest,) = eigvalsh(inertia / np.outer(scale, scale), subset_by_index=[last, last])
@@ -135,9 +170,10 @@ def _first_frequency(vehicle: Vehicle, shapes: _Shapes, free: bool) -> float:
 
 
 def _mass_matrix(vehicle: Vehicle, shapes: _Shapes) -> Array:
-    """Mass matrix of the straight vehicle; coordinates: UAV velocity 3, spin 3, then 2 per shape.
+    """Return the mass matrix of the straight vehicle: UAV velocity 3, angular velocity 3, 2 per
+    shape.
 
-    Body axes. A bend coordinate is a shape's curvature where its piece ends [1/m], in x, then y.
+    Body axes. A bend coordinate is a shape's curvature at its piece's end [1/m], in x, then y.
     """
     arm = vehicle.arm
     moments = np.array([arm.transverse_inertia_per_length, arm.axial_inertia_per_length])
@@ -155,10 +191,13 @@ def _mass_matrix(vehicle: Vehicle, shapes: _Shapes) -> Array:
 
 
 def _weighted_motions(
-    vehicle: Vehicle, shapes: _Shapes, s: float, mass: float, inertia: Any
+    vehicle: Vehicle, shapes: _Shapes, s: float, mass: float, inertia: ArrayLike
 ) -> Array:
-    """Velocity and spin (6, coordinates) of a section or disk at arc length s, over coordinates,
-    times the roots of its mass and of its inertia, transverse and axial [kg m²]."""
+    """Return the mass-weighted Jacobian (6, coordinates) of a section or disk at arc length s.
+
+    Velocity and angular velocity, times the square roots of the mass [kg] and of the inertia,
+    transverse and axial [kg m²].
+    """
     deflection, slope = shapes.at(s)
     x, y, z = np.asarray(vehicle.uav.mount) - [0.0, 0.0, s]
     moves = np.zeros((3, 6 + 2 * len(slope)))
@@ -167,7 +206,7 @@ def _weighted_motions(
     # The velocity ω × r, as a matrix on ω.
     moves[:, 3:6] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
     moves[0, 6::2] = moves[1, 7::2] = deflection
-    # A deflection towards x tilts the hanging arm about -y, one towards y about x.
+    # A deflection towards x rotates the hanging arm about -y, one towards y about x.
     turns[1, 6::2], turns[0, 7::2] = -slope, slope
     transverse, axial = np.sqrt(inertia)
     turns *= np.array([transverse, transverse, axial])[:, None]
@@ -175,7 +214,8 @@ def _weighted_motions(
 
 
 def _sag(vehicle: Vehicle, gravity: float) -> tuple[float, float]:
-    """Deflection of the tip under gravity across the straight arm [m]: beam, constant curvature."""
+    """Return the tip's deflection [m] under gravity across the straight arm: beam, constant
+    curvature."""
     arm = vehicle.arm
     L, EI = arm.length, arm.bending_stiffness
     beam = arm.mass_per_length * L**4 / 8

@@ -1,13 +1,13 @@
-"""What Theorem 1, its proof, and a sound statement ask of a closed loop, each with a number.
+"""Conditions of Theorem 1, of its proof, and of a sound statement, each with a number.
 
-The law is that of Eqs. (15) and (16), Amiri et al. For a target at rest ė = -J_L q̇, and then, with
-u = C_p + C_s D/σ, D = diag(sech²(e_i/σ)),
+The law is that of Eqs. (15) and (16), Amiri et al. (2026). For a target at rest ė = -J_L q̇, and
+then, with u = C_p + C_s D/σ, D = diag(sech²(e_i/σ)),
 
     d/dt (½ q̇ᵀM q̇ + ½ e_aᵀK_p e_a) = -ėᵀK_d ė + e_aᵀK_p (C_d ë + (u - 1) ė).
 
 The proof drops the last term, which vanishes for every motion only if C_d = 0 and u = 1. The first
-contradicts the theorem, as C_d is to be positive definite, and so does the second for every e, as
-it takes C_s = 0.
+contradicts the theorem, which requires C_d to be positive definite. So does the second for every
+e, as it requires C_s = 0.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from continuair.flight.provenance import model_of
 from continuair.kernels.dynamics import PLANTS
 from continuair.kernels.step import UNSEEN
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 
-Array = np.ndarray
 Gains = Mapping[str, Array]
 
 _ROUNDING = 1e-13
-"""What counts as nothing beside the norms of the gains that were multiplied."""
+"""Relative rounding error of products of gains."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """Something that a statement asks for: what was measured of it, and whether it holds."""
+    """A condition of a statement: a description and value of its measure, and whether it holds."""
 
     name: str
     measure: str
@@ -46,10 +46,10 @@ class Condition:
 def conditions_of(
     vehicle: Vehicle, scenario: Scenario, gains: Gains, flight: xr.Dataset | None
 ) -> dict[str, tuple[Condition, ...]]:
-    """The conditions of Theorem 1, of its proof beside them, and of the sound statement.
+    """Return the conditions of Theorem 1, of its proof besides, and of the sound statement.
 
-    theorem: as printed. proof: what it needs besides, and does not say. sound: with all of them
-    V_sound does not increase. flight: adds what only a flight can tell.
+    theorem: as printed. proof: additional conditions that it needs and does not state. sound: if
+    all hold, V_sound does not increase. flight: adds the conditions that only a flight shows.
     """
     shared = (_width(gains), _continuous(scenario), *_of_flight(flight))
     return {
@@ -60,6 +60,7 @@ def conditions_of(
 
 
 def _positive_gains(gains: Gains) -> list[Condition]:
+    """Return whether each gain matrix is symmetric positive definite."""
     letters = {"Kp": "K_p", "Kd": "K_d", "Cp": "C_p", "Cd": "C_d", "Cs": "C_s"}
     return [
         _positive_definite(letter, gains[name], _norm(gains[name]))
@@ -68,7 +69,7 @@ def _positive_gains(gains: Gains) -> list[Condition]:
 
 
 def _printed_law(gains: Gains) -> list[Condition]:
-    """The choices of the law at which it is Eqs. (15) and (16)."""
+    """Return the conditions under which the law is Eqs. (15) and (16)."""
     return [
         _equal(
             "G cancelled in full, compensation literal",
@@ -94,6 +95,7 @@ def _printed_law(gains: Gains) -> list[Condition]:
 
 def _cross_term(gains: Gains) -> tuple[Condition, ...]:
     # C_p + C_s D/σ is linear in D, which runs from 0 to 1: the two ends decide.
+    """Return the conditions under which the term that the proof drops vanishes."""
     one = np.eye(len(gains["Cp"]))
     far, near = gains["Cp"] - one, gains["Cp"] + gains["Cs"] / gains["sigma"] - one
     off = max(_norm(far), _norm(near))
@@ -109,9 +111,9 @@ def _cross_term(gains: Gains) -> tuple[Condition, ...]:
 
 
 def _sound_gains(gains: Gains) -> list[Condition]:
-    """The potential of e is one, and what damps e does so.
+    """Return whether the forces on e have a potential, and the damping of e is not negative.
 
-    -ėᵀ(K_pC_d + K_d)ė is what the law takes from V_sound.
+    The law dissipates -ėᵀ(K_pC_d + K_d)ė of V_sound.
     """
     Kp, Kd, Cd = gains["Kp"], gains["Kd"], gains["Cd"]
     damping = Kp @ Cd + Kd
@@ -129,6 +131,7 @@ def _sound_gains(gains: Gains) -> list[Condition]:
 
 
 def _sliding(A: Array, size: float) -> Condition:
+    """Return whether K_p C_s is diagonal and not negative."""
     name = "K_p C_s diagonal, not negative"
     apart = _norm(A - np.diag(np.diag(A)))
     if apart > _ROUNDING * size:
@@ -138,6 +141,8 @@ def _sliding(A: Array, size: float) -> Condition:
 
 
 def _positive_definite(name: str, A: Array, size: float) -> Condition:
+    """Return whether a matrix is symmetric positive definite; size: norm that asymmetry is compared
+    with."""
     name = f"{name} symmetric positive definite"
     asymmetry = _norm(A - A.T)
     if asymmetry > _ROUNDING * size:
@@ -147,31 +152,36 @@ def _positive_definite(name: str, A: Array, size: float) -> Condition:
 
 
 def _bend(vehicle: Vehicle, gains: Gains) -> Condition:
+    """Return whether the damping of the bend is not negative."""
     damping = vehicle.arm.structural_damping * vehicle.arm.length + float(gains["posture"])
     name = "damping of the bend not negative"
     return Condition(name, "d l + posture damping [N m³ s]", damping, damping >= 0)
 
 
 def _width(gains: Gains) -> Condition:
+    """Return whether σ is positive."""
     σ = float(gains["sigma"])
     return Condition("σ positive", "σ", σ, σ > 0.0)
 
 
 def _continuous(scenario: Scenario) -> Condition:
+    """Return whether the controller updates continuously."""
     period = scenario.control_period or 0.0
     return _equal("control continuous, control_period None", "control period [s]", period, 0.0)
 
 
 def _at_rest(scenario: Scenario) -> Condition:
+    """Return whether all targets are at rest."""
     speed = float(largest_norms(scenario)[:, 0].max())
     return _equal("target at rest", "its largest speed [m/s]", speed, 0.0)
 
 
 def _of_flight(flight: xr.Dataset | None) -> tuple[Condition, ...]:
+    """Return whether a flight keeps every point in view, and is of a plant with a free base."""
     if flight is None:
         return ()
     seen = samples(flight, "in_view", "point").sum(-1)
-    # NaN after the end of a run, which then says nothing more, but if it ended without a point.
+    # NaN after the end of a run; ignored unless the run ended because it lost a point.
     lost = bool((flight["status"] == UNSEEN).any())
     fewest, points = 0 if lost else int(np.nanmin(seen)), flight.sizes["point"]
     return (
@@ -181,13 +191,15 @@ def _of_flight(flight: xr.Dataset | None) -> tuple[Condition, ...]:
 
 
 def _equal(name: str, measure: str, value: float | Array, wanted: float) -> Condition:
+    """Return whether a value equals the wanted one."""
     return Condition(name, measure, float(value), float(value) == wanted)
 
 
 def _norm(A: Array) -> float:
+    """Return the spectral norm."""
     return float(np.linalg.norm(A, 2))
 
 
 def _least_eigenvalue(A: Array) -> float:
-    """Of the symmetric part."""
+    """Return the least eigenvalue of the symmetric part."""
     return float(np.linalg.eigvalsh((A + A.T) / 2)[0])

@@ -1,4 +1,4 @@
-"""How much of a difference between models is an error of the integration."""
+"""Integration error in the differences between models."""
 
 from __future__ import annotations
 
@@ -7,45 +7,71 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from continuair import checks
 from continuair.analysis.metrics import differences, geodesic_angle, samples
 from continuair.kernels.dynamics import MODELS, REFERENCE
+from continuair.typing import Model
 
-Array = NDArray[np.float64]
 Flown = dict[str, xr.Dataset]
-"""Trajectories of one scenario by model; the reference is among them."""
+"""Trajectories of one scenario by model, the reference among them."""
 
 Entries = dict[str, dict[str, Any]]
-"""Metrics of one run by model against the reference, and what share of them is an error."""
+"""Metrics of one run by model against the reference, with the relative integration error."""
 
 SAMPLE = 1e-3
 """Time between samples, as the paper's metric sums over them [s]."""
 
 RTOL = 1e-6
-"""Tolerance of flights that are compared. 1e-4 leaves 7e-3 arm lengths in Test C, whose arm passes
-straight; this leaves 1e-7."""
+"""Tolerance of flights that are compared. In Test C, whose arm passes through straight, 1e-4 leaves
+an error of 7e-3 arm lengths, and 1e-6 one of 1e-7."""
 
 CONVERGED = 0.01
 """Largest relative error that counts as converged."""
 
 
-def compared_models(models: Iterable[str]) -> list[str]:
-    """Return models and the reference in the order of MODELS, or raise InputError."""
+def compared_models(models: Iterable[str]) -> list[Model]:
+    """Return models and the reference, in the order of `MODELS`.
+
+    Parameters
+    ----------
+    models : iterable of str, or str
+        Names of models.
+
+    Returns
+    -------
+    list of str
+        The models and the reference, once each.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown.
+    """
     given = [models] if isinstance(models, str) else models
     chosen = checks.choices("model", [REFERENCE, *given], MODELS)
     return [model for model in MODELS if model in chosen]
 
 
 def entries_of(flown: Flown, reach: float) -> Entries:
-    """Metrics of every model in one run, with its error estimate and what share of them that is.
+    """Return the metrics of every model in one run, with their integration error.
 
-    reach: length of the arm [m].
+    Parameters
+    ----------
+    flown : dict of str to xarray.Dataset
+        Trajectories by model, the reference among them, simulated with ``check=True``.
+    reach : float
+        Length of the arm [m].
+
+    Returns
+    -------
+    dict
+        By model: the metrics of `compare`, `error_estimate` in arm lengths, `relative_error` (that
+        error over the difference from the reference), `status`, and `converged`.
     """
     entries = {}
     for model, data in flown.items():
-        # The entry has its own word for a run that ended early.
+        # `status` of the entry reports a run that stopped early.
         metrics = differences(flown[REFERENCE], data)
         error, status = _relative_error(model, flown, metrics, reach), int(data["status"])
         entries[model] = metrics | {
@@ -58,11 +84,11 @@ def entries_of(flown: Flown, reach: float) -> Entries:
 
 
 def _relative_error(model: str, flown: Flown, metrics: dict[str, Any], reach: float) -> float:
-    """Errors of this model and the reference, as a share of their difference in position or in
-    attitude, of which an arm length counts as 1 rad.
+    """Return the integration error of a model and the reference over their difference.
 
-    metrics: of the model against the reference. That of the reference itself is a share of the
-    largest distance of its tip from free fall and from its first attitude.
+    The difference is that in position or attitude, where an arm length counts as 1 rad; metrics: of
+    the model against the reference. For the reference itself, the largest distances of its tip from
+    free fall and from its first attitude are used.
     """
     error = sum(float(flown[name]["error_estimate"]) for name in {REFERENCE, model})
     moved, turned = metrics["rmse_t_m"], metrics["angle_rad"]
@@ -72,7 +98,7 @@ def _relative_error(model: str, flown: Flown, metrics: dict[str, Any], reach: fl
 
 
 def _extent(dataset: xr.Dataset) -> tuple[float, float]:
-    """Largest distance of the tip from free fall [m], and from its first attitude [rad]."""
+    """Return the largest distances of the tip from free fall [m] and its first attitude [rad]."""
     tip = samples(dataset, "tip_position", "axis")
     time = dataset["time"].to_numpy()
     gravity = float(dataset.attrs["gravity"])
@@ -83,7 +109,7 @@ def _extent(dataset: xr.Dataset) -> tuple[float, float]:
 
 
 def _share(error: float, scale: float) -> float:
-    """Error over scale; a run that holds numbers that are not finite has an infinite error."""
+    """Return error over scale; infinite for a run whose numbers are not finite."""
     if error == 0:
         return 0.0
     share = error / scale if scale else np.inf

@@ -1,38 +1,38 @@
-"""Up to which frequency a vehicle may be decoupled, by a rule that was made of other vehicles.
+"""Frequency up to which a vehicle may be decoupled, by a rule fitted to other vehicles.
 
-The rule is a Dataset, of which `continuair.studies.atlas` makes one. For every load and frequency
-it has the logarithm of an error, which few vehicles exceed, as a polynomial of a vehicle's numbers;
-between frequencies that goes evenly in the logarithms. Decoupling is allowed up to where the error
-first leaves the tolerance.
+The rule is a Dataset made by `continuair.studies.atlas`. For every excitation and frequency it has
+the logarithm of an error that few vehicles exceed, as a polynomial of a vehicle's dimensionless
+groups. Between frequencies it is interpolated linearly in logarithms. Decoupling is allowed up to
+the first frequency at which the error exceeds the tolerance.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations_with_replacement
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-Array = np.ndarray
+from continuair.typing import Array, ArrayLike
 
 DEGREE = 3
 """Total degree of the polynomials."""
 
 
-def scaled(name: str, values: Any, ends: Any) -> Array:
-    """A number of a vehicle on its range, from -1 to 1: even in its logarithm, or logit."""
-    a, b, x = (_even(name, np.asarray(each, float)) for each in (*ends, values))
+def scaled(name: str, values: ArrayLike, ends: ArrayLike) -> Array:
+    """Return a group scaled from its range to -1 … 1, linearly in its logarithm, or logit."""
+    a, b, x = (_even(name, np.asarray(each, float)) for each in (*np.asarray(ends), values))
     return 2.0 * (x - a) / (b - a) - 1.0
 
 
 def _even(name: str, values: Array) -> Array:
+    """Return the logarithm of a group; of the coupling, the logit."""
     return np.log(values / (1.0 - values)) if name == "coupling" else np.log(values)
 
 
 def terms(numbers: Sequence[Array]) -> Array:
-    """Products (runs, terms) of numbers, each (runs,), up to DEGREE; the constant comes first."""
+    """Return products (runs, terms) of numbers, each (runs,), up to DEGREE, the constant first."""
     columns = np.stack(list(numbers), axis=-1)
     chosen = (
         each
@@ -43,10 +43,10 @@ def terms(numbers: Sequence[Array]) -> Array:
 
 
 def crossing(frequencies: Array, errors: Array, tolerance: float) -> Array:
-    """Frequencies (runs,) at which errors (frequency, runs) first leave a tolerance.
+    """Return the frequencies (runs,) at which errors (frequency, runs) first exceed a tolerance.
 
-    They go evenly in the logarithms from one frequency to the next. NaN where the first is beyond
-    the tolerance already, inf where none is.
+    Linear interpolation in logarithms. NaN if the first error exceeds the tolerance, inf if none
+    does.
     """
     logs = np.log(np.clip(errors, 1e-12, 1e12)) - np.log(tolerance)
     x = np.log(np.asarray(frequencies))
@@ -64,7 +64,7 @@ def crossing(frequencies: Array, errors: Array, tolerance: float) -> Array:
 def beyond(
     rule: xr.Dataset, groups: Mapping[str, float]
 ) -> list[tuple[str, float, tuple[float, float]]]:
-    """Numbers of a vehicle that a rule was not made of: name, value, and the rule's ends."""
+    """Return the groups of a vehicle outside a rule's ranges: name, value, and range."""
     ends = {str(each): rule["ends"].sel(number=each).to_numpy() for each in rule["number"].values}
     return [
         (name, groups[name], (float(low), float(high)))
@@ -73,12 +73,15 @@ def beyond(
     ]
 
 
-def allowed(rule: xr.Dataset, loop: str, groups: Mapping[str, Any], tolerance: float) -> Array:
-    """Frequencies (excitation, runs) over the clamped one up to which a rule allows decoupling.
+def allowed(
+    rule: xr.Dataset, loop: str, groups: Mapping[str, ArrayLike], tolerance: float
+) -> Array:
+    """Return the frequencies (excitation, runs), over the clamped one, up to which decoupling is
+    allowed.
 
-    rule: coefficients (loop, excitation, frequency, term), ends (number, end) of each number's
-    range, and known (loop, number), which of them it goes by; groups: numbers by name, (runs,)
-    each. NaN where it allows none that was flown, inf where it allows all, as `crossing` has them.
+    rule: coefficients (loop, excitation, frequency, term), ends (number, end) of each group's
+    range, and known (loop, number), the groups that a loop's rule uses; groups: by name, (runs,)
+    each. NaN if no frequency of the rule is allowed, inf if all are, as in `crossing`.
     """
     one = rule.sel(loop=loop)
     names = [str(name) for name in one["number"].to_numpy()[one["known"].to_numpy()]]

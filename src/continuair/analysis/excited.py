@@ -1,54 +1,76 @@
-"""The arm that carries the camera, as what excites a vehicle and what is told of it take it.
+"""The arm that carries the camera, with the scales for excitations and reports.
 
-Of an [arm] table these are the section's own numbers. An arm of several sections bends as one where
-all of them have one curvature: each then turns by its share of the length.
+For an [arm] table these are the section's own values. An arm of several sections is described by
+the bending in which all sections have one curvature: each rotates by its share of the length.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from continuair.controllers.inertias import bend_inertia
+from continuair.typing import Array
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)
 class ExcitedArm:
     """An arm and its scales, numbers or arrays over the runs of a batch.
 
-    index: of the arm; places: of its sections among all; length [m]; frequency: of its lowest
-    clamped mode without gravity [rad/s], and damping_ratio of that; moments (…, sections): moment
-    on each of its bends [N m²] per angle by which they bend the arm at rest without gravity;
-    stiffness [N m²]: E I of one section of that length which a lateral force at the tip turns as
-    far; axes: of its mount in those of the body, columns (…, 3, 3).
+    Parameters
+    ----------
+    index : int
+        Index of the arm.
+    places : range
+        Indices of its sections among all.
+    length : float or ndarray
+        Length [m].
+    frequency, damping_ratio : float or ndarray
+        Of its lowest clamped mode without gravity [rad/s, 1].
+    moments : ndarray, shape (..., sections)
+        Generalised force on each bend [N m²], per angle by which they bend the arm at rest without
+        gravity.
+    stiffness : float or ndarray
+        E I of a single section of the same length with the same tip angle under a lateral tip force
+        [N m²].
+    axes : ndarray, shape (..., 3, 3)
+        Axes of its mount in body axes, as columns.
     """
 
     index: int
     places: range
-    length: Any
-    frequency: Any
-    damping_ratio: Any
+    length: float | Array
+    frequency: float | Array
+    damping_ratio: float | Array
     moments: Array
-    stiffness: Any
+    stiffness: float | Array
     axes: Array
 
 
 def name_of_excited_arm(vehicle: Vehicle) -> str:
-    """The excited arm in words: "arm", of several with its name."""
+    """Return the excited arm in words: "arm", or "arm" and its name if there are several."""
     arms = vehicle.arms
     return "arm" if len(arms) == 1 else f"arm {arms[vehicle.camera_arm].name}"
 
 
 def excited_arm(vehicle: Vehicle) -> ExcitedArm:
-    """The arm that carries the camera of a vehicle, plain or batched."""
+    """Return the arm that carries the camera, with its scales.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle, or a batch.
+
+    Returns
+    -------
+    ExcitedArm
+        The arm.
+    """
     if not vehicle.has_arm_list:
         return _of_section(vehicle.arm)
     if vehicle.runs is None:
@@ -60,6 +82,7 @@ def excited_arm(vehicle: Vehicle) -> ExcitedArm:
 
 
 def _of_section(arm: Section) -> ExcitedArm:
+    """Return the arm of an [arm] table."""
     stiffness = np.asarray(arm.bending_stiffness)
     frequency = np.asarray(arm.clamped_frequency)
     return ExcitedArm(
@@ -76,12 +99,13 @@ def _of_section(arm: Section) -> ExcitedArm:
 
 
 def _of_chain(vehicle: Vehicle) -> ExcitedArm:
+    """Return the camera's arm of a vehicle with [[arm]]."""
     index, first = vehicle.camera_arm, sum(vehicle.shape[: vehicle.camera_arm])
     sections = vehicle.arms[index].section
     lengths = np.array([each.length for each in sections])
     stiffness = np.array([each.bending_stiffness for each in sections])
     length = lengths.sum()
-    # How far the tip goes sideways as a section's curvature rises by 1 [m²].
+    # Lateral motion of the tip per curvature of a section [m²].
     lever = lengths * (length - np.cumsum(lengths) + 0.5 * lengths)
     places = range(first, first + len(sections))
     frequency, damping_ratio = _lowest_mode(vehicle, places)
@@ -98,7 +122,7 @@ def _of_chain(vehicle: Vehicle) -> ExcitedArm:
 
 
 def _lowest_mode(vehicle: Vehicle, places: range) -> tuple[float, float]:
-    """Frequency [rad/s] and damping ratio of the lowest clamped mode of an arm's sections."""
+    """Return frequency [rad/s] and damping ratio of the lowest clamped mode of some sections."""
     layout = vehicle.layout
     all_sections = [section for arm in vehicle.arms for section in arm.section]
     of_arm = np.concatenate([np.arange(layout.bends)[layout.of_section[k]] for k in places])

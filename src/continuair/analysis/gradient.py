@@ -1,14 +1,14 @@
-"""Derivatives of a cost of a flight: with respect to its start, its inputs and its vehicle.
+"""Derivatives of a cost of a flight with respect to its start, inputs and vehicle.
 
-The flight is that of `simulate`, with the same steps. Derivatives of each step are computed in dual
-numbers, and so to rounding; one sweep back over the steps makes those of the cost of them.
+The flight is that of `simulate`, with the same steps. The derivatives of each step are computed
+with dual numbers, so exactly but for rounding; one backward sweep over the steps combines them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Literal, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -25,11 +25,13 @@ from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import name_of, terms_of
+from continuair.typing import Array, ArrayLike, Model
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
-Array = np.ndarray
-Cost = Callable[[xr.Dataset], tuple[float, Mapping[str, Any]]]
+Cost: TypeAlias = Callable[
+    [xr.Dataset], tuple[float, Mapping[str, ArrayLike] | Mapping[str, xr.DataArray]]
+]
 
 _INPUTS = ("force", "moment", "bend_moment", "tip_wrench")
 
@@ -38,13 +40,24 @@ _INPUTS = ("force", "moment", "bend_moment", "tip_wrench")
 class Gradient:
     """The value of a cost, and its derivatives.
 
-    start: with respect to position [m, world axes], rotation [rad, a rotation vector in body axes],
-    bend [1/m], velocity [m/s, world axes], angular_velocity [rad/s, body axes] and bend_rate
-    [1/(m s)] at the start. inputs: with respect to what acts during each step alone (steps, n),
-    beside the scenario's inputs: force, moment, bend_moment and tip_wrench, as a `Scenario` has
-    them. fields: with respect to fields of the vehicle, in their shapes; of a symmetric matrix
-    derivatives times changes add up over all entries. times: where steps begin, and the end
-    (steps + 1,) [s]. trajectory: what the cost was told.
+    Parameters
+    ----------
+    value : float
+        The cost.
+    start : dict of str to ndarray
+        With respect to the initial position [m, world axes], rotation [rad, a rotation vector in
+        body axes], bend [1/m], velocity [m/s, world axes], angular_velocity [rad/s, body axes] and
+        bend_rate [1/(m s)].
+    inputs : dict of str to ndarray
+        With respect to force, moment, bend_moment and tip_wrench, as in a `Scenario`, held during
+        each step alone and added to the scenario's inputs; shapes (steps, n).
+    fields : dict of str to ndarray
+        With respect to fields of the vehicle, in their shapes. For a symmetric matrix, sum
+        derivative times change over all entries.
+    times : ndarray, shape (steps + 1,)
+        Starts of the steps, and the end [s].
+    trajectory : xarray.Dataset
+        The trajectory that the cost received.
     """
 
     value: float
@@ -54,11 +67,24 @@ class Gradient:
     times: Array
     trajectory: xr.Dataset
 
-    def held(self, times: Any) -> dict[str, Array]:
-        """Derivatives (n, ...) with respect to inputs held from each of n times to the next.
+    def held(self, times: ArrayLike) -> dict[str, Array]:
+        """Return the derivatives with respect to inputs held over intervals.
 
-        times: ascending [s], the last one's inputs are held to the end; at each a step has to
-        begin, as at 0 and at the scenario's jumps. Raises InputError.
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            Ascending starts of the intervals [s]; the last one ends with the flight. A step must
+            begin at each, as at 0 and at the scenario's jumps.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Input to derivatives (n, ...).
+
+        Raises
+        ------
+        InputError
+            If `times` is not ascending, or no step begins at one of them.
         """
         found = checks.finite_array(times)
         if found is None or found.ndim != 1 or not found.size or (np.diff(found) <= 0.0).any():
@@ -68,7 +94,7 @@ class Gradient:
         off = np.abs(starts[at] - found) > 1e-9 * self.times[-1]
         if off.any():
             raise InputError(
-                f"times holds {found[off][0]:g} s, at which no step begins; name it in the "
+                f"times has {found[off][0]:g} s, at which no step begins; add it to the "
                 "scenario's jumps."
             )
         return {name: np.add.reduceat(each, at, axis=0) for name, each in self.inputs.items()}
@@ -80,22 +106,49 @@ def gradient(
     cost: Cost,
     *,
     fields: Iterable[str] = (),
-    model: str = "coupled",
-    step: float | str = "auto",
+    model: Model = "coupled",
+    step: float | Literal["auto"] = "auto",
     duration: float | None = None,
     sample: float = 1e-3,
 ) -> Gradient:
-    """Derivatives of a cost of one flight with respect to its start, its inputs and its vehicle.
+    """Return the derivatives of a cost of one flight.
 
-    cost: a function of the trajectory, a Dataset as `simulate` returns it, of position, attitude,
-    velocity, angular_velocity, bend, bend_rate, tip_position, tip_attitude, tip_velocity and
-    tip_angular_velocity over time. It returns its value, and a mapping from some of these names to
-    the derivatives of the value, in the shape of the variable. fields: dotted names of the vehicle,
-    such as "uav.mass" or "arm.length", which change as by `Vehicle.replace`. It flies by
-    RK4; step: [s], or "auto", 0.2 over the fastest rate of the vehicle and the start, at most
-    `sample`. model, duration, sample: as in `simulate`. Derivatives are those of the steps.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with arms.
+    scenario : Scenario
+        One run without controller and `tau`.
+    cost : callable
+        Function of the trajectory, a Dataset as of `simulate`, with position, attitude, velocity,
+        angular_velocity, bend, bend_rate, tip_position, tip_attitude, tip_velocity and
+        tip_angular_velocity over time. It returns its value, and a mapping from some of these names
+        to the derivatives of the value, in the shape of the variable.
+    fields : iterable of str, optional
+        Dotted names of the vehicle's fields, such as "uav.mass" or "arm.length", which change as in
+        `Vehicle.replace`.
+    model : {"coupled", "decoupled", "independent"}, default "coupled"
+        As in `simulate`.
+    step : float or "auto", optional
+        Step of RK4 [s]. "auto": ``min(sample, 0.2 / fastest_rate)`` of the vehicle and the start.
+    duration : float, optional
+        Duration [s]. Default: the scenario's.
+    sample : float, optional
+        Time between samples [s].
 
-    The scenario has no controller and no tau. Raises InputError, also where the flight ends early.
+    Returns
+    -------
+    Gradient
+        The value and its derivatives with respect to start, inputs and fields.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the flight stops early.
+
+    Notes
+    -----
+    Derivatives are those of the integration steps.
     """
     check_has_arms(check_single_vehicle(vehicle))
     checks.choice("model", model, MODELS)
@@ -108,8 +161,8 @@ def gradient(
     recorder, layout = found.recorder, found.layout
     if found.status != OK:
         raise InputError(
-            f"the flight ends before its duration, {STATUS[found.status]}; give a shorter "
-            "duration, a shorter step or other inputs."
+            f"the flight stops early: {STATUS[found.status]}; give a shorter duration, a shorter "
+            "step or other inputs."
         )
     recorder.error_estimate = _error_of(found)
     warn_of_errors(recorder.error_estimate, stacklevel=3)
@@ -123,14 +176,14 @@ def gradient(
     return Gradient(value, start, inputs, of_fields, found.times, trajectory)
 
 
-def _error_of(flight: Flown) -> np.ndarray:
-    """Largest distance of a tip from that of a flight at half the step, in arm lengths (1,)."""
+def _error_of(flight: Flown) -> Array:
+    """Return the tip's largest distance from a flight at half the step, in arm lengths (1,)."""
     finer = flown(flight.cohort.flight.finer(), flight.model).recorder
     return error_between(flight.recorder, finer, "tip_position")
 
 
-def _names(fields: Any) -> tuple[str, ...]:
-    """Names of fields, once each."""
+def _names(fields: Iterable[str]) -> tuple[str, ...]:
+    """Return names of fields, once each."""
     try:
         return tuple(dict.fromkeys([fields] if isinstance(fields, str) else fields))
     except TypeError:
@@ -140,41 +193,41 @@ def _names(fields: Any) -> tuple[str, ...]:
 
 
 def _check_plain(vehicle: Vehicle) -> None:
-    """Raise InputError for a vehicle of which no derivatives are known."""
+    """Raise InputError for a vehicle with a term that has no derivatives."""
     for term in terms_of(vehicle):
         if not term.differentiable:
             raise InputError(
-                f"vehicle {shown(vehicle.name)} has {name_of(term)}, of which no gradient is "
-                "known; leave it out, and give forces directly."
+                f"vehicle {shown(vehicle.name)} has {name_of(term)}, which has no gradient; "
+                "remove it, and give forces directly."
             )
 
 
 def _check_smooth(flight: Flight) -> None:
-    """Raise InputError unless a flight is one run that derivatives are known of."""
+    """Raise InputError unless a flight is one open-loop run."""
     scenario = flight.scenario
     if flight.batched:
         raise InputError(
-            f"scenario {shown(scenario.name)} is a batch of {flight.runs}, but a gradient is of "
+            f"scenario {shown(scenario.name)} is a batch of {flight.runs}, but a gradient needs "
             "one run; give one row of each."
         )
     if scenario.controller is not None:
         raise InputError(
-            f"scenario.controller is {scenario.controller.name}, but a gradient is of a flight in "
-            "open loop; leave it out, and give inputs."
+            f"scenario.controller is {scenario.controller.name}, but a gradient needs an open "
+            "loop; remove it, and give inputs."
         )
     if scenario.tau is not None:
         raise InputError(
-            "scenario.tau acts along coordinates that jump, and has no gradient; give force, "
-            "moment and bend_moment."
+            "scenario.tau acts on coordinates that jump, and has no gradient; give force, moment "
+            "and bend_moment."
         )
 
 
-def _checked(found: Any, trajectory: xr.Dataset) -> tuple[float, dict[str, Array]]:
-    """Value and derivatives (samples, columns) that a cost returns."""
+def _checked(found: object, trajectory: xr.Dataset) -> tuple[float, dict[str, Array]]:
+    """Return the value and the derivatives (samples, columns) that a cost returns."""
     if not (isinstance(found, tuple) and len(found) == 2 and isinstance(found[1], Mapping)):
         raise InputError(
-            f"cost returns {shown(found)}; return a number, and a mapping from names of variables "
-            "to derivatives."
+            f"cost returns {shown(found)}; return a number and a mapping from variables to "
+            "derivatives."
         )
     given = np.asarray(found[0])
     value = checks.number("the value of cost", given.item() if given.size == 1 else found[0])
@@ -197,7 +250,7 @@ def _checked(found: Any, trajectory: xr.Dataset) -> tuple[float, dict[str, Array
 
 
 def _of_start(found: Flown, state: Array, layout: Layout) -> dict[str, Array]:
-    """Derivatives with respect to the parts of the start, by name."""
+    """Return the derivatives with respect to the parts of the start, by name."""
     slopes = {name: state[getattr(layout, name)] for name in OF_STATE}
     slopes["rotation"] = of_rotation(found.log[0, layout.attitude], slopes.pop("attitude"))
     return slopes

@@ -1,8 +1,8 @@
-"""Dimensionless groups: what a vehicle is, but for its scale of length, mass and time.
+"""Dimensionless groups of a vehicle, independent of its scales of length, mass and time.
 
-The scales are the arm's length l, its mass m_arm and 1 / ω_c, ω_c its clamped frequency. Divided by
-them, the equations of motion hold nothing but the groups below, the load and the start: vehicles
-with the same groups fly alike (docs/explanation/decouple_groups.md).
+The scales are the arm's length l, its mass m_arm and 1 / ω_c, with ω_c its clamped frequency. In
+these units the equations of motion contain only the groups below, the load and the initial state:
+vehicles with equal groups behave alike (docs/explanation/decouple_groups.md).
 """
 
 from __future__ import annotations
@@ -17,11 +17,10 @@ from continuair.analysis.excited import excited_arm
 from continuair.controllers.inertias import straight_inertia
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import fastest_frequency
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 GROUPS = {
     "mass_ratio": "mass of the arm over that of the UAV",
@@ -43,13 +42,13 @@ GRAVITY = 9.81
 
 
 def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
-    """Return the groups of a vehicle, numbers, or arrays over the runs of a batch.
+    """Return the groups of a vehicle: numbers, or arrays over the runs of a batch.
 
-    Disks count as mass of the arm. Of a UAV of unequal moments, the inertia ratio takes the pitch
-    inertia, the coupling the plane in which it is larger. Of a vehicle with [[arm]] the mass is
-    that of all arms, the coupling the largest of all their motions, and length, frequency and
-    damping are of the arm that carries the camera; slenderness, which its sections need not share,
-    is left out, as it is of an arm without a radius.
+    Disks count as mass of the arm. For a UAV of unequal moments, the inertia ratio uses the pitch
+    inertia, the coupling the plane in which it is larger. For a vehicle with [[arm]], the mass is
+    that of all arms and the coupling the largest of all their motions; length, frequency and
+    damping are those of the camera's arm. Slenderness is omitted there, and for an arm without a
+    radius.
     """
     if vehicle.has_arm_list:
         return _place_of_chains(vehicle, gravity)
@@ -71,6 +70,7 @@ def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
 
 
 def _place_of_chains(vehicle: Vehicle, gravity: float) -> dict[str, Any]:
+    """Return the groups of a vehicle with [[arm]]."""
     arm, uav = excited_arm(vehicle), vehicle.uav
     mass = np.asarray(sum(each.mass for each in vehicle.arms))
     found = {
@@ -84,7 +84,7 @@ def _place_of_chains(vehicle: Vehicle, gravity: float) -> dict[str, Any]:
 
 
 def _coupling_of_chains(vehicle: Vehicle) -> Array:
-    """The largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua with all arms straight."""
+    """Return the largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua with all arms straight."""
     each = [vehicle] if vehicle.runs is None else map(vehicle.select, range(vehicle.runs))
     found = []
     for one in each:
@@ -95,9 +95,10 @@ def _coupling_of_chains(vehicle: Vehicle) -> Array:
 
 
 def coupling(vehicle: Vehicle) -> Array:
-    """Return 1 - (ω_c / ω_f)² (runs,): how much of the arm's inertia the straight arm's base takes.
+    """Return 1 - (ω_c / ω_f)² (runs,): the share of the arm's modal inertia that a free base
+    removes.
 
-    It is the largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua, 0 for a base that cannot move, below 1;
+    It is the largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua: 0 for a base that cannot move, below 1.
     ω_f is that of the plane in which it is higher.
     """
     straight = np.zeros((1, 8))
@@ -107,11 +108,13 @@ def coupling(vehicle: Vehicle) -> Array:
     return 1.0 - (clamped / free) ** 2
 
 
-def vehicle_of(groups: Mapping[str, Any], period: Any = PERIOD, uav_mass: Any = 2.0) -> Vehicle:
-    """Return a batch of vehicles with given groups, arrays (runs,), of a clamped period [s].
+def vehicle_of(
+    groups: Mapping[str, ArrayLike], period: float | Array = PERIOD, uav_mass: float | Array = 2.0
+) -> Vehicle:
+    """Return a batch of vehicles with given groups, arrays (runs,), and a clamped period [s].
 
-    groups: those of GROUPS but for the coupling. The length follows from the gravity number, and
-    uav_mass [kg] sets the scale of masses. Scaled by l, m_arm and ω_c, no scale matters.
+    groups: those of GROUPS except the coupling. The length follows from the gravity number, and
+    uav_mass [kg] sets the scale of masses. Scaled by l, m_arm and ω_c, scales do not matter.
     """
     g = {name: np.asarray(groups[name], float) for name in GROUPS if name != "coupling"}
     frequency = 2.0 * np.pi / period

@@ -1,8 +1,8 @@
-"""Which inputs govern an output: variance-based indices from samples of a box.
+"""Variance-based sensitivity indices of an output, from samples of a box.
 
-A function of independent inputs has variance, and parts of it belong to inputs alone or together
-(I. M. Sobol, 2001). On a polynomial chaos, an expansion in products of Legendre polynomials that
-are orthonormal over the box, the parts are sums of squared coefficients (B. Sudret, 2008).
+The variance of a function of independent inputs splits into parts of inputs alone and together
+(I. M. Sobol, 2001). For a polynomial chaos expansion in products of Legendre polynomials that are
+orthonormal over the box, these parts are sums of squared coefficients (B. Sudret, 2008).
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 import numpy as np
+from numpy.typing import NDArray
 
-Array = np.ndarray
+from continuair.typing import Array
 
 _ORDER = 4
 """Total degree of the expansion; a smaller sample gets a smaller one."""
@@ -22,9 +23,12 @@ _FOLDS = 5
 
 @dataclass(frozen=True)
 class Importance:
-    """first, total (inputs,): share of the expansion's variance that an input makes alone, and
-    also together with others; explained: share of the samples' variance that the expansion
-    predicts for samples that it has not seen."""
+    """Sensitivity indices.
+
+    first, total (inputs,): share of the expansion's variance due to an input alone, and with its
+    interactions; explained: share of the samples' variance that the expansion predicts in
+    cross-validation.
+    """
 
     first: Array
     total: Array
@@ -46,14 +50,15 @@ def importance(inputs: Array, output: Array) -> Importance:
 
 
 def _order(samples: int, inputs: int) -> int:
+    """Return the largest total degree with enough samples per term."""
     for order in range(_ORDER, 1, -1):
         if _SAMPLES_PER_TERM * len(_degrees(inputs, order)) <= samples:
             return order
     return 1
 
 
-def _degrees(inputs: int, order: int) -> Array:
-    """Degrees (terms, inputs) of all products up to a total degree."""
+def _degrees(inputs: int, order: int) -> NDArray[np.intp]:
+    """Return the degrees (terms, inputs) of all products up to a total degree."""
     rows = []
     for total in range(order + 1):
         for chosen in combinations_with_replacement(range(inputs), total):
@@ -61,8 +66,8 @@ def _degrees(inputs: int, order: int) -> Array:
     return np.array(rows)
 
 
-def _terms(inputs: Array, degrees: Array) -> Array:
-    """Products (samples, terms) of Legendre polynomials, orthonormal over the box."""
+def _terms(inputs: Array, degrees: NDArray[np.intp]) -> Array:
+    """Return products (samples, terms) of Legendre polynomials, orthonormal over the box."""
     top = int(degrees.max())
     single = np.polynomial.legendre.legvander(2.0 * inputs - 1.0, top)
     single = single * np.sqrt(2.0 * np.arange(top + 1) + 1.0)
@@ -73,8 +78,8 @@ def _terms(inputs: Array, degrees: Array) -> Array:
 
 
 def _fitted(terms: Array, output: Array) -> tuple[Array, float]:
-    """Least-squares coefficients, and the share of the variance predicted across folds."""
-    # Terms that are orthonormal over the box have well-conditioned products over its samples.
+    """Return least-squares coefficients, and the cross-validated share of variance predicted."""
+    # Terms orthonormal over the box give well-conditioned normal equations.
     fold = np.arange(len(output)) % _FOLDS
     parts = [(terms[fold == k], output[fold == k]) for k in range(_FOLDS)]
     products = np.array([part.T @ part for part, _ in parts])
@@ -89,5 +94,5 @@ def _fitted(terms: Array, output: Array) -> tuple[Array, float]:
 
 
 def _solve(matrix: Array, side: Array) -> Array:
-    found: Array = np.linalg.lstsq(matrix, side, rcond=1e-10)[0]
-    return found
+    """Return the least-squares solution of a symmetric system."""
+    return np.asarray(np.linalg.lstsq(matrix, side, rcond=1e-10)[0], float)

@@ -1,4 +1,4 @@
-"""Up to where an error stays within a tolerance: a scan, and finer steps about where it leaves."""
+"""Limit up to which an error stays within a tolerance: a scan, refined where it leaves."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-Array = np.ndarray
+from continuair.typing import Array
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Up to where an error is tolerable, with all places and errors (n,) that were tried.
+    """Limit of an error, with all places and errors (n,) that were computed.
 
-    last: the last place before the first beyond the tolerance; NaN if the first one tried is beyond
-    it already, inf if none is.
+    last: the last place before the first error beyond the tolerance; NaN if the first one is
+    beyond, inf if none is.
     """
 
     last: float
@@ -30,10 +30,10 @@ def find_limits(
     finer: Callable[[Array, str], Array],
     count: int,
 ) -> dict[str, Limit]:
-    """Return by name where errors (n,) over places (n,) above 0 first leave a tolerance.
+    """Return, by name, where errors (n,) over places (n,) above 0 first exceed a tolerance.
 
     finer: returns the errors of one name at `count` more places, between the last within and the
-    first beyond. An error that is NaN is beyond.
+    first beyond. NaN counts as beyond.
     """
     limits = {}
     for name, found in errors.items():
@@ -49,6 +49,6 @@ def find_limits(
 
 
 def _first_beyond(errors: Array, tolerance: float) -> int:
-    """Index of the first error that is not within, the number of errors if all are."""
+    """Return the index of the first error beyond the tolerance, or the number of errors."""
     within = errors <= tolerance
     return len(within) if within.all() else int(np.argmin(within))

@@ -1,8 +1,6 @@
-"""Linearisation, and the fastest bending frequencies."""
+"""Linearisation, and the highest bending frequencies."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -12,6 +10,7 @@ from continuair.analysis.trim import configuration
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.flight.frequencies import fastest_frequency
 from continuair.kernels.dynamics import MODELS
+from continuair.typing import Array, ArrayLike, Model
 from continuair.vehicle.bending import DIFFERENCE
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, TIP, Layout
@@ -22,10 +21,27 @@ _WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * DIFFERENCE)
 """Central differences of fourth order, in all coordinates and rates [m, rad, 1/m]."""
 
 
-def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
-    """Highest bending frequency [rad/s] of the arm, clamped and on the free vehicle.
+def bending_frequencies(vehicle: Vehicle, q: ArrayLike | None = None) -> tuple[float, float]:
+    """Return the highest bending frequencies of the arm.
 
-    q: paper coordinates (coordinates,), straight arms by default. Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array_like, shape (coordinates,), optional
+        Paper coordinates. Default: straight arms at the origin.
+
+    Returns
+    -------
+    clamped : float
+        With the base clamped [rad/s].
+    free : float
+        With the base free [rad/s].
+
+    Raises
+    ------
+    InputError
+        If `vehicle` is a batch, or `q` cannot be used.
     """
     at = configuration("q", q, check_single_vehicle(vehicle))
     clamped, free = (
@@ -37,26 +53,64 @@ def bending_frequencies(vehicle: Vehicle, q: Any = None) -> tuple[float, float]:
 
 def linearize(
     vehicle: Vehicle,
-    q: Any = None,
-    qd: Any = None,
+    q: ArrayLike | None = None,
+    qd: ArrayLike | None = None,
     *,
-    force: Any = 0.0,
-    moment: Any = 0.0,
-    bend_moment: Any = 0.0,
-    tip_wrench: Any = 0.0,
-    model: str = "coupled",
+    force: ArrayLike = 0.0,
+    moment: ArrayLike = 0.0,
+    bend_moment: ArrayLike = 0.0,
+    tip_wrench: ArrayLike = 0.0,
+    model: Model = "coupled",
     gravity: float = 9.81,
-) -> tuple[np.ndarray, np.ndarray]:
-    """A (16, 16) and B (16, 8) of the dynamics about a configuration and its rates.
+) -> tuple[Array, Array]:
+    """Linearise the dynamics about a configuration and its rates.
 
-    Perturbations: position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world), angular
-    velocity 3 (body), bend rate 2; inputs: world force 3, body moment 3, bend moment 2. Of several
-    sections each has its 2, arm by arm from the base out, and each arm a tip_wrench. The four
-    inputs given, a hover's from `trim`, hold at the operating point. Central differences of fourth
-    order: about 1e-9 relative for arms of a metre, 1e-3 for arms of millimetres, up to 3e-5 for
-    arms of 50 m; quadratic drag at rest, where it is not smooth, comes out as a linear one of 1.3
-    mm/s of it in place of none. The bend must leave room for them below a full circle, 0.005 1/m.
-    Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q, qd : array_like, shape (8,), optional
+        Paper coordinates and their rates at the operating point. Default: at rest at the origin
+        with straight arms. The bend must stay 0.005 1/m below a full circle.
+    force : array_like, shape (3,), optional
+        Force in world axes [N]. This and the three other inputs act at the operating point; those
+        of hover are given by `trim`.
+    moment : array_like, shape (3,), optional
+        Moment in body axes [N m].
+    bend_moment : array_like, shape (2,), optional
+        Generalised forces conjugate to the bend vectors, two per section [N m²].
+    tip_wrench : array_like, shape (6,), optional
+        Force and moment at the tip in world axes, six per arm [N, N m].
+    model : {"coupled", "decoupled", "independent"}, default "coupled"
+        As in `simulate`.
+    gravity : float, optional
+        Acceleration of gravity [m/s²].
+
+    Returns
+    -------
+    A : ndarray, shape (16, 16)
+        With respect to position 3 (world), rotation 3 (body axes), bend 2, velocity 3 (world),
+        angular velocity 3 (body) and bend rate 2. Each further section adds its bend and bend rate,
+        arm by arm from the base out.
+    B : ndarray, shape (16, 8)
+        With respect to world force 3, body moment 3 and bend moment 2 (per section).
+
+    Raises
+    ------
+    InputError
+        If `vehicle` is a batch, or an argument cannot be used.
+
+    Notes
+    -----
+    Central differences of fourth order. Relative errors are about 1e-9 for arms of a metre, 1e-3
+    for arms of millimetres, and up to 3e-5 for arms of 50 m. Quadratic drag is not smooth at rest;
+    there it appears as the linear drag that it has at 1.3 mm/s.
+
+    Examples
+    --------
+    >>> A, B = ca.linearize(ca.load_vehicle("paper"))
+    >>> A.shape, B.shape
+    ((16, 16), (16, 8))
     """
     check_single_vehicle(vehicle)
     checks.choice("model", model, MODELS)
@@ -68,7 +122,8 @@ def linearize(
     centre = state_from_paper(at[None], rates[None])[0]
     held = _held(engine.layout, force, moment, bend_moment, tip_wrench)
 
-    def slopes(states: np.ndarray, inputs: np.ndarray) -> np.ndarray:
+    def slopes(states: Array, inputs: Array) -> Array:
+        """Return central differences of the tangents of perturbed states or inputs."""
         frozen, angles = (
             np.broadcast_to(centre, states.shape),
             np.repeat(branches_of(at[None]), len(states), axis=0),
@@ -80,17 +135,23 @@ def linearize(
 
     states = np.array([_perturbed(centre, i, h) for i in range(2 * n) for h in _STEPS])
     A = slopes(states, held[None, None])
-    # A rotation perturbation is carried round by the body's own spin.
+    # A rotation perturbation rotates with the body's angular velocity.
     A[3:6, 3:6] -= _skew(centre[engine.layout.angular_velocity])
-    pushed = np.tile(held, (n, len(_STEPS), 1))
+    inputs = np.tile(held, (n, len(_STEPS), 1))
     for i in range(n):
-        pushed[i, :, i] += _STEPS
-    B = slopes(np.tile(centre, (len(_STEPS) * n, 1)), pushed.reshape(1, len(_STEPS) * n, -1))
+        inputs[i, :, i] += _STEPS
+    B = slopes(np.tile(centre, (len(_STEPS) * n, 1)), inputs.reshape(1, len(_STEPS) * n, -1))
     return A, B
 
 
-def _held(layout: Layout, force: Any, moment: Any, bend_moment: Any, tip_wrench: Any) -> np.ndarray:
-    """A row of inputs, or InputError."""
+def _held(
+    layout: Layout,
+    force: ArrayLike,
+    moment: ArrayLike,
+    bend_moment: ArrayLike,
+    tip_wrench: ArrayLike,
+) -> Array:
+    """Return the inputs at the operating point as a row, or raise InputError."""
     inputs = np.zeros(layout.inputs)
     inputs[layout.force] = checks.vector("force", force, 3, or_zero=True)
     inputs[layout.moment] = checks.vector("moment", moment, 3, or_zero=True)
@@ -103,12 +164,13 @@ def _held(layout: Layout, force: Any, moment: Any, bend_moment: Any, tip_wrench:
     return inputs
 
 
-def _skew(w: np.ndarray) -> np.ndarray:
+def _skew(w: Array) -> Array:
+    """Return the matrix of the cross product w × (·)."""
     return np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
 
 
-def _perturbed(centre: np.ndarray, index: int, h: float) -> np.ndarray:
-    """The state moved by h along one of the perturbations."""
+def _perturbed(centre: Array, index: int, h: float) -> Array:
+    """Return the state moved by h along one of the perturbations."""
     state = centre.copy()
     if 3 <= index < 6:
         turn = Rotation.from_rotvec(h * np.eye(3)[index - 3])
@@ -119,8 +181,8 @@ def _perturbed(centre: np.ndarray, index: int, h: float) -> np.ndarray:
     return state
 
 
-def _tangent(rate: np.ndarray, states: np.ndarray, layout: Layout) -> np.ndarray:
-    """Rates (n, 2 coordinates) of the perturbations from rates (n, state) of the states."""
+def _tangent(rate: Array, states: Array, layout: Layout) -> Array:
+    """Return rates (n, 2 coordinates) of the perturbations from rates (n, state) of the states."""
     spin = states[:, layout.angular_velocity]
     moving = slice(layout.bend.start, layout.bend_rate.stop)
     return np.hstack([rate[:, layout.position], spin, rate[:, moving]])

@@ -1,10 +1,11 @@
-"""Lyapunov functions of the paper's law: what they ask of the gains, and what they do in a flight.
+"""Lyapunov functions of the paper's law: conditions on the gains, and values along a flight.
 
-The paper's V = ½ q̇ᵀM q̇ + ½ e_aᵀK_p e_a need not fall, even for a target at rest. The sound one is
+The paper's V = ½ q̇ᵀM q̇ + ½ e_aᵀK_p e_a need not decrease, even for a target at rest. The sound
+one is
 
     V = ½ q̇ᵀM q̇ + elastic energy + ½ eᵀK_pC_p e + Σ (K_pC_s)_ii σ ln cosh(e_i/σ),
 
-without the elastic energy where the law cancels the spring. With all conditions of "sound"
+without the elastic energy if the law cancels the spring. With all conditions of "sound"
 (`conditions.py`), V̇ = -ėᵀ(K_pC_d + K_d)ė - (d l + posture damping)|k̇|².
 """
 
@@ -29,10 +30,9 @@ from continuair.flight.provenance import model_of
 from continuair.flight.reading import BATCH_ROW
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import name_of, terms_of
+from continuair.typing import Array
 from continuair.vehicle.layout import FIELDS
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
-
-Array = np.ndarray
 
 NEEDED = (
     *("attitude", "velocity", "angular_velocity", "bend", "bend_rate", "command"),
@@ -43,13 +43,13 @@ NEEDED = (
 """Variables of a flight that `lyapunov` reads."""
 
 _SAME_VELOCITY = 1e-6
-"""Share of the largest to which velocities of a target are the same."""
+"""Relative tolerance of equal target velocities."""
 
 VARIABLES = {
     "lyapunov_paper": ("J", "½ q̇ᵀM q̇ + ½ e_aᵀK_p e_a"),
-    "lyapunov_sound": ("J", "kinetic and elastic energy and the potential of the image's springs"),
+    "lyapunov_sound": ("J", "kinetic and elastic energy and the potential of the image errors"),
     "lyapunov_paper_rate": ("W", "rate of lyapunov_paper, by differences of samples"),
-    "lyapunov_sound_rate": ("W", "rate of lyapunov_sound, by the power of push and damping"),
+    "lyapunov_sound_rate": ("W", "rate of lyapunov_sound, by the power of command and damping"),
     "servo_error": ("1", "‖e_a‖, Eq. (16)"),
     "ultimate_radius": (
         "1",
@@ -61,10 +61,17 @@ VARIABLES = {
 
 @dataclass(frozen=True)
 class Lyapunov:
-    """What `lyapunov` finds of a closed loop.
+    """Stability conditions and Lyapunov functions of a closed loop.
 
-    conditions: of the paper's "theorem" as printed, of its "proof" besides, and of the "sound"
-    statement. bound: of `ultimate_bound`. over_time: VARIABLES over (..., time), of the flight.
+    Parameters
+    ----------
+    conditions : dict of str to tuple of Condition
+        Conditions of the paper's "theorem" as printed, of its "proof" besides, and of the "sound"
+        statement.
+    bound : dict of str to float
+        Result of `ultimate_bound`.
+    over_time : xarray.Dataset
+        `VARIABLES` over (..., time) of the flight; empty without one.
     """
 
     conditions: dict[str, tuple[Condition, ...]]
@@ -72,30 +79,60 @@ class Lyapunov:
     over_time: xr.Dataset
 
     def broken(self, statement: str) -> tuple[Condition, ...]:
-        """The conditions of "theorem", "proof" or "sound" that do not hold."""
+        """Return the conditions of a statement that do not hold.
+
+        Parameters
+        ----------
+        statement : {"theorem", "proof", "sound"}
+            The statement.
+
+        Returns
+        -------
+        tuple of Condition
+            The conditions.
+        """
         return tuple(each for each in self.conditions[statement] if not each.holds)
 
 
 def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = None) -> Lyapunov:
-    """Which conditions of the stability proofs hold, with numbers, and both V along a flight.
+    """Check the conditions of the stability proofs, and evaluate both V along a flight.
 
-    scenario: with one `servoing` controller and no input beside it. flight: of that vehicle and
-    scenario, one run or a batch with a target each.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with an [arm] table.
+    scenario : Scenario
+        A scenario with one `servoing` controller of constant gains, and no other input.
+    flight : xarray.Dataset, optional
+        Flight of that vehicle and scenario: one run, or a batch with a target each.
 
-    A flight gives, over (..., time): lyapunov_paper, V of Eqs. (18) and (19), and lyapunov_sound
-    [J]; their rates [W], the sound one's from the power balance, the paper's, whose ë no flight
-    holds, by differences of samples; servo_error, ‖e_a‖; and ultimate_radius, of the proof's set
-    for the target's motion at each moment. Raises InputError.
+    Returns
+    -------
+    Lyapunov
+        Conditions with numbers, the ultimate bound and, with a flight, over (..., time):
+        lyapunov_paper, V of Eqs. (18) and (19), and lyapunov_sound [J]; their rates [W];
+        servo_error, ‖e_a‖; and ultimate_radius, of the proof's set for the target's motion at each
+        time.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the flight is of another vehicle or scenario.
+
+    Notes
+    -----
+    The rate of the sound V is from the power balance. That of the paper's V is from differences of
+    samples, as a flight does not contain ë.
     """
     check_single_vehicle(vehicle)
-    _check_pushed_directly(vehicle)
+    _check_powers(vehicle)
     gains = _gains_of(scenario)
     if flight is not None:
         _check_flight(vehicle, scenario, flight)
         flight = in_order(flight, vehicle)
         check_turns("attitude", samples(flight, "attitude", "quaternion"))
         _check_targets(scenario, flight)
-        # What the target does counts for as long as it is flown after.
+        # The bound covers the target's motion for the whole flight.
         longest = max(scenario.duration, float(flight["time"][-1]))
         scenario = scenario.replace(duration=longest)
     return Lyapunov(
@@ -106,7 +143,26 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
 
 
 def errors(flight: xr.Dataset, vehicle: Vehicle, gains: Gains) -> tuple[Array, Array, Array]:
-    """e, ė and e_a of Eqs. (11), (12) and (16), (..., time, 2n), normalised, from a closed loop."""
+    """Return e, ė and e_a of a closed loop.
+
+    Parameters
+    ----------
+    flight : xarray.Dataset
+        Flight with a target.
+    vehicle : Vehicle
+        The vehicle, for its camera.
+    gains : mapping of str to ndarray
+        Gains of the law.
+
+    Returns
+    -------
+    e : ndarray, shape (..., time, 2n)
+        Feature error of Eq. (11), Amiri et al. (2026), in normalised image coordinates.
+    e_dot : ndarray, shape (..., time, 2n)
+        Its rate, Eq. (12) [1/s].
+    e_a : ndarray, shape (..., time, 2n)
+        Augmented error of Eq. (16).
+    """
     e = samples(flight, "feature_error", "pixel") / np.tile(
         vehicle.camera.focal_length, flight.sizes["pixel"] // 2
     )
@@ -121,12 +177,26 @@ def errors(flight: xr.Dataset, vehicle: Vehicle, gains: Gains) -> tuple[Array, A
 
 
 def ultimate_bound(scenario: Scenario, run: int | None = None) -> dict[str, float]:
-    """The radius on ‖e_a‖ that the paper's proof ends with, ‖K_p‖ R_max / (√2 λ).
+    """Return the ultimate bound on ‖e_a‖ of the paper's proof.
 
-    The proof names no λ: `radius_least` takes the largest that it could be, ‖K_p‖, and
-    `radius_provable` λ_min(K_p). R_max adds terms of different units, as printed. run: of a batch
-    of targets, all together by default. inf where an acceleration or a jerk has no bound, as far as
-    `largest_norms` can tell.
+    Parameters
+    ----------
+    scenario : Scenario
+        A scenario with a `servoing` controller.
+    run : int, optional
+        Run of a batch of targets. Default: all together.
+
+    Returns
+    -------
+    dict of str to float
+        Largest speed, acceleration and jerk of the targets, `r_max`, `radius_least` and
+        `radius_provable`. inf if an acceleration or a jerk has no bound.
+
+    Notes
+    -----
+    The radius is ‖K_p‖ R_max / (√2 λ). The proof does not give λ: `radius_least` uses the largest
+    possible value, ‖K_p‖, and `radius_provable` λ_min(K_p). R_max adds terms of different units, as
+    printed.
     """
     assert scenario.controller is not None
     gains = scenario.controller.gains
@@ -144,28 +214,41 @@ def ultimate_bound(scenario: Scenario, run: int | None = None) -> dict[str, floa
     }
 
 
-def _residual(gains: Gains, acceleration: Any, jerk: Any) -> Any:
-    """The proof's bound on ‖r‖, R_max: ‖C_d‖ ‖v̈_t‖ + (‖C_p‖ + ‖C_s‖/σ) ‖v̇_t‖."""
+def _residual(gains: Gains, acceleration: float | Array, jerk: float | Array) -> Array:
+    """Return the proof's bound on ‖r‖, R_max: ‖C_d‖ ‖v̈_t‖ + (‖C_p‖ + ‖C_s‖/σ) ‖v̇_t‖."""
     C_p, C_d, C_s = (np.linalg.norm(gains[name], 2) for name in ("Cp", "Cd", "Cs"))
-    # What no C_d takes part in may be unbounded.
-    return (C_d * jerk if C_d > 0.0 else 0.0) + (C_p + C_s / gains["sigma"]) * acceleration
+    # Without C_d, the jerk may be unbounded.
+    slope = (C_p + C_s / gains["sigma"]) * acceleration
+    return np.asarray((C_d * jerk if C_d > 0.0 else 0.0) + slope)
 
 
 def other_powers(vehicle: Vehicle) -> list[str]:
-    """What of a vehicle takes or gives power beside the push that the law asks for, which no
-    Lyapunov function here knows."""
+    """Return the terms of a vehicle whose power the Lyapunov functions omit.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+
+    Returns
+    -------
+    list of str
+        Names of the terms.
+    """
     return [name_of(term) for term in terms_of(vehicle) if term.has_power]
 
 
-def _check_pushed_directly(vehicle: Vehicle) -> None:
+def _check_powers(vehicle: Vehicle) -> None:
+    """Raise InputError for a vehicle with a term whose power V does not include."""
     for name in other_powers(vehicle):
         raise InputError(
-            f"vehicle {shown(vehicle.name)} has {name}, whose power no Lyapunov function here "
-            "knows; leave it out."
+            f"vehicle {shown(vehicle.name)} has {name}, whose power the Lyapunov functions omit; "
+            "remove it."
         )
 
 
 def _gains_of(scenario: Scenario) -> dict[str, Array]:
+    """Return the constant gains of a scenario's controller, or raise InputError."""
     controller = scenario.controller if isinstance(scenario, Scenario) else None
     if controller is None or controller.law is not law:
         name = shown(scenario) if controller is None else f"has the controller {controller.name}"
@@ -175,13 +258,13 @@ def _gains_of(scenario: Scenario) -> dict[str, Array]:
         )
     if controller.integral:
         raise InputError(
-            f"scenario has a controller with integral {controller.integral:g}, of which no "
-            "Lyapunov function here knows; give one without."
+            f"scenario has a controller with integral {controller.integral:g}, which the Lyapunov "
+            "functions omit; give one without."
         )
     if controller.believes is not None:
         raise InputError(
-            f"scenario has a controller that believes in {shown(controller.believes.name)}; no "
-            "Lyapunov function here is of a law that does not know its vehicle: leave that out."
+            f"scenario has a controller with the nominal model {shown(controller.believes.name)}, "
+            "which the Lyapunov functions omit; give one without."
         )
     if controller.runs is not None:
         raise InputError(
@@ -191,13 +274,14 @@ def _gains_of(scenario: Scenario) -> dict[str, Array]:
     for field in FIELDS:
         if getattr(scenario, field) is not None:
             raise InputError(
-                f"scenario has {field} beside its controller, whose power no Lyapunov function "
-                "here knows; leave it out."
+                f"scenario has {field} beside its controller, whose power the Lyapunov functions "
+                "omit; remove it."
             )
     return {name: np.asarray(value, float) for name, value in controller.gains.items()}
 
 
-def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
+def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: object) -> None:
+    """Raise InputError unless a flight is of this vehicle and scenario."""
     if not isinstance(flight, xr.Dataset):
         raise InputError(f"flight is {shown(flight)}; give a Dataset that simulate returned.")
     missing = [name for name in NEEDED if name not in flight.variables]
@@ -206,8 +290,8 @@ def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
     flown = flight.attrs.get("vehicle")
     if flown is not None and json.loads(flown) != json.loads(json.dumps(vehicle.describe())):
         raise InputError(
-            f"flight is of another vehicle than {shown(vehicle.name)} as it is given; give the one "
-            "that flew."
+            f"flight is of another vehicle than {shown(vehicle.name)}; give the vehicle that "
+            "was simulated."
         )
     targets, runs = (
         len(scenario.targets),
@@ -215,14 +299,14 @@ def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
     )
     if targets > 1 and runs[-1:] != (targets,):
         raise InputError(
-            f"flight holds {runs[-1] if runs else 1} runs, but scenario has {targets} targets; "
+            f"flight has {runs[-1] if runs else 1} runs, but scenario has {targets} targets; "
             "give all runs of that scenario."
         )
     rows = flight.coords.get(BATCH_ROW)
     if targets > 1 and rows is not None and not np.array_equal(rows, np.arange(targets)):
         raise InputError(
-            f"flight holds the runs {shown(rows.to_numpy().tolist())} of its batch, but scenario "
-            f"has {targets} targets; give all runs of that scenario, in order."
+            f"flight has the runs {shown(rows.to_numpy().tolist())} of its batch, but scenario "
+            f"has {targets} targets; give all its runs, in order."
         )
     given = flight.attrs.get("scenario")
     if given is not None:
@@ -230,32 +314,34 @@ def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: Any) -> None:
 
 
 def _check_targets(scenario: Scenario, flight: xr.Dataset) -> None:
-    """Raise InputError where targets flew otherwise, whose paths' names may be the same."""
+    """Raise InputError if targets moved differently; the names of their paths may be the same."""
     time, flown = flight["time"].to_numpy(), samples(flight, "target_velocity", "axis")
     given = np.squeeze([target.path(time)[1] for target in scenario.targets])
     apart = np.abs(flown - given).max()
     if not apart <= _SAME_VELOCITY * np.abs([flown, np.broadcast_to(given, flown.shape)]).max():
         raise InputError(
-            f"flight is after a target whose velocity is up to {apart:.3g} m/s off that of "
-            "scenario; give the scenario that was flown."
+            f"flight has a target velocity up to {apart:.3g} m/s off that of scenario; give the "
+            "scenario that was simulated."
         )
 
 
 def _check_scenario(flown: dict[str, Any], given: dict[str, Any]) -> None:
-    """Raise InputError where a flight is of another scenario, but for its name, its length and the
-    thrusts that it starts with."""
+    """Raise InputError if a flight is of another scenario.
+
+    Name, duration and initial rotor thrusts may differ.
+    """
     for field in sorted(given.keys() - {"name", "duration", "rotor_thrust", "rotor_command"}):
         if flown.get(field) != given[field]:
             raise InputError(
                 f"flight is of a scenario whose {field} is {shown(flown.get(field))}, not "
-                f"{shown(given[field])}; give the scenario that was flown."
+                f"{shown(given[field])}; give the scenario that was simulated."
             )
 
 
 def _over_time(
     vehicle: Vehicle, scenario: Scenario, gains: Gains, flight: xr.Dataset
 ) -> xr.Dataset:
-    """The variables of VARIABLES over (..., time)."""
+    """Return the variables of VARIABLES over (..., time)."""
     kinetic, elastic = (
         flight[name].transpose(..., "time") for name in ("kinetic_energy", "elastic_energy")
     )
@@ -280,12 +366,13 @@ def _over_time(
 
 
 def _attributes(name: str) -> dict[str, str]:
+    """Return the attributes of a variable."""
     units, meaning = VARIABLES[name]
     return {"units": units, "long_name": meaning}
 
 
 def _image_springs(gains: Gains, e: Array, e_dot: Array) -> tuple[Array, Array]:
-    """Potential [J] of e that stands for the law's pull, and its rate [W]."""
+    """Return the potential [J] of the law's forces on e, and its rate [W]."""
     σ = float(gains["sigma"])
     linear = gains["Kp"] @ gains["Cp"]
     sliding = np.diag(gains["Kp"] @ gains["Cs"])
@@ -295,17 +382,18 @@ def _image_springs(gains: Gains, e: Array, e_dot: Array) -> tuple[Array, Array]:
 
 
 def _power(vehicle: Vehicle, scenario: Scenario, gains: Gains, flight: xr.Dataset) -> Array:
-    """Rate of the kinetic energy, with the elastic one that the law leaves [W].
+    """Return the rate of the kinetic energy, with the elastic energy that the law does not cancel
+    [W].
 
-    What the push gives, less what lifts the weight, bends a spring that the law cancels, and is
-    lost in the bending arm.
+    The power of the command, less that of lifting the weight, of bending a spring that the law
+    cancels, and of damping in the arm.
     """
-    push = samples(flight, "command", "actuator")
+    command = samples(flight, "command", "actuator")
     bend, bend_rate = (samples(flight, name, "bend_axis") for name in ("bend", "bend_rate"))
-    force = _in_axes(samples(flight, "attitude", "quaternion"), push[..., :3])
+    force = _in_axes(samples(flight, "attitude", "quaternion"), command[..., :3])
     given = (force * samples(flight, "velocity", "axis")).sum(-1)
-    given += (push[..., 3:6] * samples(flight, "angular_velocity", "axis")).sum(-1)
-    given += (push[..., 6:] * bend_rate).sum(-1)
+    given += (command[..., 3:6] * samples(flight, "angular_velocity", "axis")).sum(-1)
+    given += (command[..., 6:] * bend_rate).sum(-1)
     arm = vehicle.arm
     bending = arm.bending_stiffness * arm.length * (bend * bend_rate).sum(-1)
     lost = arm.structural_damping * arm.length * (bend_rate**2).sum(-1)
@@ -313,9 +401,9 @@ def _power(vehicle: Vehicle, scenario: Scenario, gains: Gains, flight: xr.Datase
 
 
 def _lifting(scenario: Scenario, flight: xr.Dataset) -> Array:
-    """Rate of the potential energy of gravity [W]: the momentum upwards times g.
+    """Return the rate of the potential energy of gravity [W]: upward momentum times g.
 
-    Of the independent model, whose arm hangs on a base of its own, by differences of samples.
+    For the independent model, whose arm is on a base of its own, by differences of samples.
     """
     if model_of(flight) == "independent":
         energy = flight["gravity_energy"].transpose(..., "time").to_numpy()
@@ -324,23 +412,24 @@ def _lifting(scenario: Scenario, flight: xr.Dataset) -> Array:
 
 
 def _radius(scenario: Scenario, gains: Gains, time: Array) -> Array:
-    """Radius √(δ/λ) of the proof's set for each target's motion at the times, λ = ‖K_p‖."""
+    """Return the radius √(δ/λ) of the proof's set for each target's motion at times, λ = ‖K_p‖."""
     norms = norms_at(scenario, time)
     return np.squeeze(_residual(gains, norms[:, 1], norms[:, 2]) / np.sqrt(2.0))
 
 
 def _in_axes(attitude: Array, v: Array) -> Array:
-    """Vectors (..., 3) of the world in axes of that attitude (..., 4), x y z w, to the world."""
+    """Return world vectors (..., 3) in the axes of an attitude (..., 4), x y z w, body to world."""
     axis, w = attitude[..., :3], attitude[..., 3:]
     t = 2.0 * np.cross(v, axis)
     return np.asarray(v + w * t + np.cross(t, axis))
 
 
 def _form(v: Array, A: Array) -> Array:
-    """vᵀA v over the last axis."""
+    """Return vᵀA v over the last axis."""
     return np.einsum("...i,ij,...j->...", v, A, v)
 
 
 def _ln_cosh(x: Array) -> Array:
+    """Return ln cosh x without overflow."""
     size = np.abs(x)
     return np.asarray(size + np.log1p(np.exp(-2.0 * size)) - np.log(2.0))

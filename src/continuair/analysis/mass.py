@@ -1,4 +1,4 @@
-"""Where the mass of a vehicle is when its arm is bent."""
+"""Centre of mass and inertia of a vehicle with a bent arm."""
 
 from __future__ import annotations
 
@@ -7,20 +7,31 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from continuair.analysis.metrics import samples
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
-
-Array = NDArray[np.float64]
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def centre_of_mass(flown: xr.Dataset, com: Array) -> Array:
-    """Return the centre of mass in world axes (runs, time, 3) from that in body axes [m]."""
+    """Return the centre of mass in world axes.
+
+    Parameters
+    ----------
+    flown : xarray.Dataset
+        Flight with position and attitude.
+    com : ndarray, shape (runs, time, 3)
+        Centre of mass in body axes [m].
+
+    Returns
+    -------
+    ndarray, shape (runs, time, 3)
+        Centre of mass in world axes [m].
+    """
     x, y, z, w = np.moveaxis(samples(flown, "attitude", "quaternion"), -1, 0)
-    # Unlike SciPy's rotations this lets the rows of a flight that ended early be NaN.
+    # Unlike SciPy's rotations, this accepts the NaN rows of a flight that stopped early.
     axis = np.stack([x, y, z], axis=-1)
     turned = com + 2 * np.cross(axis, np.cross(axis, com) + w[..., None] * com)
     position: Array = samples(flown, "position", "axis") + turned
@@ -28,12 +39,24 @@ def centre_of_mass(flown: xr.Dataset, com: Array) -> Array:
 
 
 def mass_distribution(vehicle: Vehicle, bend: Array) -> tuple[Array, Array]:
-    """Return the centre of mass (..., 3) [m] and the inertia about it (..., 3, 3) [kg m²].
+    """Return the centre of mass and the inertia about it, in body axes.
 
-    bend: bend vectors (runs, time, 2). Body axes.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with an [arm] table, or a batch.
+    bend : ndarray, shape (runs, time, 2)
+        Bend vectors [1/m].
+
+    Returns
+    -------
+    com : ndarray, shape (runs, time, 3)
+        Centre of mass [m].
+    inertia : ndarray, shape (runs, time, 3, 3)
+        Inertia about it [kg m²].
     """
     κ, ψ = np.linalg.norm(bend, axis=-1), np.arctan2(bend[..., 1], bend[..., 0])
-    # Moments in the plane of the bend: along its direction, and down.
+    # First moments in the plane of the bend: along its direction, and down.
     moment = np.zeros((*κ.shape, 2))
     second, tangents = np.zeros((*κ.shape, 2, 2)), np.zeros((*κ.shape, 2, 2))
     for mass, s, transverse, axial in map(_columns, _slices(vehicle)):
@@ -53,7 +76,7 @@ def mass_distribution(vehicle: Vehicle, bend: Array) -> tuple[Array, Array]:
 def _about_the_centre(
     vehicle: Vehicle, plane: Array, moment: Array, second: Array, tangents: Array
 ) -> tuple[Array, Array]:
-    """Centre of mass and inertia of the vehicle, from moments of its arm in a plane (..., 3, 2)."""
+    """Return centre of mass and inertia, from moments of the arm in a plane (..., 3, 2)."""
     slices = [_columns(each) for each in _slices(vehicle)]
     mass, across = (np.sum([each[index] for each in slices], axis=0) for index in (0, 2))
     mount = np.asarray(vehicle.uav.mount)[..., None, :]
@@ -79,12 +102,23 @@ def _add_square(to: Array, weight: Array, x: Array, y: Array) -> None:
 
 
 def straight_arm_inertia(vehicle: Vehicle) -> float:
-    """Return the inertia of the straight arm about its base, across its axis [kg m²]."""
+    """Return the inertia of the straight arm about its base, across its axis.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with an [arm] table.
+
+    Returns
+    -------
+    float
+        Inertia [kg m²].
+    """
     return float(sum(mass * s**2 + transverse for mass, s, transverse, _ in _slices(vehicle)))
 
 
 def _slices(vehicle: Vehicle) -> list[tuple[Any, Any, Any, Any]]:
-    """Mass, arc length, transverse and axial inertia of slices that stand for the arm."""
+    """Return mass, arc length, transverse and axial inertia of slices that represent the arm."""
     arm = vehicle.arm
     parts = arm.backbone_mass, arm.transverse_inertia_per_length, arm.axial_inertia_per_length
     mass, transverse, axial = parts[0], parts[1] * arm.length, parts[2] * arm.length
@@ -100,5 +134,5 @@ def _slices(vehicle: Vehicle) -> list[tuple[Any, Any, Any, Any]]:
 
 
 def _columns(values: Iterable[Any]) -> list[Array]:
-    """Numbers or arrays over runs, to multiply arrays over (runs, time)."""
+    """Return numbers or arrays over runs as columns that multiply arrays over (runs, time)."""
     return [np.atleast_1d(np.asarray(value, float))[:, None] for value in values]

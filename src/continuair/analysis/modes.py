@@ -1,9 +1,9 @@
-"""Modes: how arms vibrate on a clamped base, on a free one, and on that of a hovering vehicle."""
+"""Vibration modes of arms on a clamped base, a free base, and a hovering vehicle."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Literal, get_args
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,41 +15,72 @@ from continuair.analysis.vibration import Vibration, real_shapes, vibration
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import bend_compliance
 from continuair.flight.holding import holding
+from continuair.typing import Array, ArrayLike, Model
 from continuair.vehicle.coordinates import state_from_paper
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
+Base = Literal["free", "clamped", "hovering"]
+"""Base on which arms vibrate."""
+
 
 @dataclass(frozen=True)
 class Modes:
-    """Vibration about a configuration: frequencies [rad/s] ascending, damping ratios, shapes.
+    """Vibration modes about a configuration.
 
-    A swing decays as exp(λ t): frequencies are |λ|, damping ratios -Re λ / |λ|, of the sections'
-    damping alone; those of a mode that creeps back, its ratio 1 or more, are of its slower root's
-    motion, which solves λ² + 2 ζ ω λ + ω² = 0. shapes: (coordinates, modes) in (body translation
-    3, body rotation 3, bend), motions that nothing resists left out; (bends, modes) for a clamped
-    base.
+    Parameters
+    ----------
+    frequencies : ndarray, shape (modes,)
+        |λ| of motions exp(λ t), ascending [rad/s].
+    damping : ndarray, shape (modes,)
+        Damping ratios -Re λ / |λ|, of the sections' damping alone.
+    shapes : ndarray, shape (coordinates, modes)
+        Mode shapes in (body translation 3, body rotation 3, bend), without motions that have no
+        stiffness; (bends, modes) for a clamped base.
 
-    Columns have unit norm and are real, taken where the swing is largest; the first bend that
-    counts is positive, and of modes alike in both the first bends most along x.
+    Notes
+    -----
+    An overdamped mode, of damping ratio 1 or more, is described by its slower root, which solves λ²
+    + 2 ζ ω λ + ω² = 0. Shapes have unit norm and are real, taken at the phase where the motion is
+    largest. The first significant bend is positive; of modes with equal frequency and damping, the
+    first bends most along x.
     """
 
-    frequencies: np.ndarray
-    damping: np.ndarray
-    shapes: np.ndarray
+    frequencies: Array
+    damping: Array
+    shapes: Array
 
 
-def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float = 9.81) -> Modes:
-    """Modes about the configuration q, on a free or clamped base, or of the hovering vehicle.
+def modes(
+    vehicle: Vehicle, q: ArrayLike | None = None, *, base: Base = "free", gravity: float = 9.81
+) -> Modes:
+    """Return the vibration modes about a configuration.
 
-    q: paper coordinates (8,), the straight arm by default; a bend moment holds the arm there.
-    base: "free", "clamped" or "hovering"; the last is carried by a constant force in world axes at
-    B's origin, under which the vehicle swings like a pendulum, too, and held level by a constant
-    moment in body axes, which may make it flutter.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with arms.
+    q : array_like, shape (8,), optional
+        Paper coordinates, at which bend moments hold the arms. Default: straight arms.
+    base : {"free", "clamped", "hovering"}, default "free"
+        "hovering": carried by a constant force in world axes at B's origin, under which the vehicle
+        also swings like a pendulum, and held level by a constant moment in body axes, which may
+        make it flutter.
+    gravity : float, optional
+        Acceleration of gravity [m/s²]. It has no effect on a free base, which is in free fall.
 
-    The stiffness is that of the arm and of gravity, which a free base in free fall does not feel.
-    Raises InputError, also where it buckles, topples or flutters about q and does not vibrate.
+    Returns
+    -------
+    Modes
+        Frequencies, damping ratios and shapes.
 
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the vehicle buckles, topples or flutters about `q`.
+
+    Examples
+    --------
     >>> slender = ca.load_vehicle("slender")
     >>> for base in ("clamped", "free"):
     ...     print(f"{base}: {ca.modes(slender, base=base).frequencies[0]:.1f} rad/s")
@@ -58,7 +89,7 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     """
     check_single_vehicle(vehicle)
     check_has_arms(vehicle)
-    checks.choice("base", base, ("free", "clamped", "hovering"))
+    checks.choice("base", base, get_args(Base))
     gravity = checks.gravity(gravity)
     at = configuration("q", q, vehicle)
     found, shapes = (
@@ -73,14 +104,12 @@ def modes(vehicle: Vehicle, q: Any = None, *, base: str = "free", gravity: float
     return Modes(found.frequencies, found.ratios, real_shapes(shapes, bends))
 
 
-def _bending(
-    vehicle: Vehicle, at: np.ndarray, free: bool, gravity: float
-) -> tuple[Vibration, np.ndarray]:
-    """The vibration of the bends, and shapes (coordinates or bends, modes)."""
-    felt = 0.0 if free else gravity
-    model = "coupled" if free else "independent"
-    held = holding(Engine(vehicle, "decoupled"), at[None], felt)[0][vehicle.layout.bend_moment]
-    A, _ = linearize(vehicle, at, bend_moment=held, model=model, gravity=felt)
+def _bending(vehicle: Vehicle, at: Array, free: bool, gravity: float) -> tuple[Vibration, Array]:
+    """Return the vibration of the bends, and shapes (coordinates or bends, modes)."""
+    acting = 0.0 if free else gravity
+    model: Model = "coupled" if free else "independent"
+    held = holding(Engine(vehicle, "decoupled"), at[None], acting)[0][vehicle.layout.bend_moment]
+    A, _ = linearize(vehicle, at, bend_moment=held, model=model, gravity=acting)
     n = len(A) // 2
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
     damping = bend_compliance(Engine(vehicle, model), at)[0] * _dampings(vehicle)
@@ -92,15 +121,15 @@ def _bending(
     return found, np.vstack([base_rows, found.shapes])
 
 
-def _hovering(vehicle: Vehicle, at: np.ndarray, gravity: float) -> tuple[Vibration, np.ndarray]:
-    """As `_bending`, of all motions that something resists."""
+def _hovering(vehicle: Vehicle, at: Array, gravity: float) -> tuple[Vibration, Array]:
+    """Return the vibration of a hovering vehicle, and shapes (coordinates, modes)."""
     layout = vehicle.layout
     held = holding(Engine(vehicle, "decoupled"), at[None], gravity)[0]
-    push = {name: held[getattr(layout, name)] for name in ("force", "moment", "bend_moment")}
-    A, B = linearize(vehicle, at, **push, gravity=gravity)
+    inputs = {name: held[getattr(layout, name)] for name in ("force", "moment", "bend_moment")}
+    A, B = linearize(vehicle, at, **inputs, gravity=gravity)
     n = len(A) // 2
-    # Nothing resists translation, nor turning about the vertical: a solver that met their columns
-    # of K, 0 but for rounding, would mix them into the shapes.
+    # Translation and yaw have no stiffness. Their columns of K, 0 but for rounding, would mix into
+    # the shapes.
     adrift, resisted = _split(_attitude(at), n)
     K = -A[n:, :n] @ resisted
     D = B[n:, layout.bend_moment] * _dampings(vehicle) @ resisted[6:]
@@ -109,21 +138,24 @@ def _hovering(vehicle: Vehicle, at: np.ndarray, gravity: float) -> tuple[Vibrati
     return found, resisted @ found.shapes - adrift @ drifts
 
 
-def _split(attitude: Rotation, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Orthonormal directions (n, 4) and (n, n - 4), in (world translation, body rotation, bend):
-    translations and turning about the vertical, and all others."""
+def _split(attitude: Rotation, n: int) -> tuple[Array, Array]:
+    """Return orthonormal directions (n, 4) without stiffness, and the others (n, n - 4).
+
+    In (world translation, body rotation, bend); the first are translations and yaw.
+    """
     upright = np.linalg.svd(attitude.inv().apply([[0.0, 0.0, 1.0]]))[2].T
     directions = np.eye(n)
     directions[3:6, 3:6] = upright
     return directions[:, :4], directions[:, 4:]
 
 
-def _attitude(at: np.ndarray) -> Rotation:
+def _attitude(at: Array) -> Rotation:
+    """Return the base's attitude at paper coordinates."""
     return Rotation.from_quat(state_from_paper(at[None], 0.0 * at[None])[0][Layout.attitude])
 
 
-def _dampings(vehicle: Vehicle) -> np.ndarray:
-    """Moment of each bend per its rate (bends,), of the sections' damping."""
+def _dampings(vehicle: Vehicle) -> Array:
+    """Return the damping (bends,) of each bend: generalised force per bend rate."""
     sections = [section for arm in vehicle.arms for section in arm.section]
     return vehicle.layout.per_coordinate(
         [section.structural_damping * section.length for section in sections]

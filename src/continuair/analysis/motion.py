@@ -1,9 +1,9 @@
-"""Where a vehicle was over a flight: its position, its attitude, and points along its arms."""
+"""Motion of a vehicle over a flight: position, attitude, and points along its arms."""
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,19 +14,18 @@ from continuair.analysis.backbone import along, along_at, parts, placed, station
 from continuair.errors import InputError, shown
 from continuair.flight.labels import in_order
 from continuair.flight.reading import vehicle_of, vehicles_of
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
-Array = NDArray[np.float64]
-
 _NEEDED = {"position": "axis", "attitude": "quaternion", "bend": "bend_axis"}
-"""Variables that say where a vehicle is, and the dimension of each."""
+"""Variables that give a vehicle's configuration, and the dimension of each."""
 
 
 _OFF_UNIT = 1e-3
-"""By which the length of a quaternion may be off 1."""
+"""Tolerance of the norm of a quaternion."""
 
 _OFF_TIP = 1e-6
-"""By which a logged tip may be off the backbone's end, over the arm's length."""
+"""Tolerance between a logged tip and the backbone's end, in arm lengths."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Motion:
     """One flight up to its end; rows are samples.
 
     time (n,) [s], position (n, 3) [m], attitude (n, 4) x y z w, bend (n, sections, 2) [1/m];
-    dataset: all that was logged, as far.
+    dataset: all logged variables, up to the same end.
     """
 
     vehicle: Vehicle
@@ -45,11 +44,11 @@ class Motion:
     dataset: xr.Dataset
 
     def at(self, rate: float) -> Motion:
-        """With samples as they are, but at most so many a second, the last among them."""
+        """Return the motion with at most `rate` samples per second, the last one included."""
         return self.rows(evenly(self.time, rate))
 
     def rows(self, chosen: NDArray[np.int64] | slice) -> Motion:
-        """At some of its samples."""
+        """Return the motion at some of its samples."""
         return Motion(
             self.vehicle, self.time[chosen], self.position[chosen], self.attitude[chosen],
             self.bend[chosen], self.dataset.isel(time=chosen),
@@ -57,12 +56,31 @@ class Motion:
 
 
 def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataArray:
-    """Return points along the arms of a flight's vehicle in world axes [m].
+    """Return points along the arms over a flight, in world axes.
 
-    flight: of `simulate`, whose leading dimensions stay. Dimensions (..., time, arm, point, axis),
-    without `arm` for a vehicle of an [arm] table. Points are evenly spaced along each arm from its
-    mount, point 0, to its tip; coordinate arc_length [m]. NaN where the flight has ended. Each
-    section is an arc of constant curvature, Eqs. (1) and (2), Amiri et al. Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with arms, that of the flight.
+    flight : xarray.Dataset
+        Flight of `simulate`, with position, attitude and bend.
+    points : int, optional
+        Points per arm, evenly spaced from its mount, point 0, to its tip.
+
+    Returns
+    -------
+    xarray.DataArray
+        Points [m] over (..., time, arm, point, axis), without `arm` for a vehicle with an [arm]
+        table; coordinate `arc_length` [m]. NaN after a run has stopped.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or the flight is of another vehicle.
+
+    Notes
+    -----
+    Each section is an arc of constant curvature, Eqs. (1) and (2), Amiri et al. (2026).
     """
     check_has_arms(check_single_vehicle(vehicle))
     count = int(checks.number("points", points, least=2))
@@ -74,7 +92,7 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     leading = [
         str(dim) for dim in flight["attitude"].transpose(..., "time", "quaternion").dims[:-1]
     ]
-    labels: dict[str, Any] = {
+    labels: dict[Hashable, object] = {
         name: flight[name] for name in (*leading, "axis") if name in flight.coords
     }
     if vehicle.has_arm_list:
@@ -83,31 +101,31 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     return _labelled(world[..., 0, :, :], [*leading, "point", "axis"], labels, lengths[0])
 
 
-def motion_of(flight: Any, vehicle: Vehicle | None = None) -> Motion:
-    """The motion of a result; raises InputError unless it is that of one flight.
+def motion_of(flight: object, vehicle: Vehicle | None = None) -> Motion:
+    """Return the motion of a result; InputError unless it is that of one flight.
 
-    vehicle: by default the one that the result says has flown.
+    vehicle: by default the one stored in the result.
     """
-    flight = over_time(flight)
-    _check_one_flight(flight)
-    flight = flight.transpose("time", "arm", "section", ..., missing_dims="ignore")
-    flown = vehicle_of(flight) if vehicle is None else check_single_vehicle(vehicle)
-    flight = in_order(flight, flown)
-    position, attitude, bend = poses(flight, flown)
-    time = flight["time"].to_numpy()
+    given = over_time(flight)
+    _check_one_flight(given)
+    given = given.transpose("time", "arm", "section", ..., missing_dims="ignore")
+    flown = vehicle_of(given) if vehicle is None else check_single_vehicle(vehicle)
+    given = in_order(given, flown)
+    position, attitude, bend = poses(given, flown)
+    time = given["time"].to_numpy()
     valid = np.isfinite(np.column_stack([position, attitude, bend.reshape(len(time), -1)]))
     end = int(np.argmin(np.append(valid.all(axis=1), False)))
     if end == 0:
         raise InputError(
-            "flight holds no finite sample at its start; give a flight that did not fail at once."
+            "flight has no finite sample at its start; give a flight that did not fail at once."
         )
-    return Motion(flown, time, position, attitude, bend, flight).rows(slice(end))
+    return Motion(flown, time, position, attitude, bend, given).rows(slice(end))
 
 
-def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
-    """Position (..., time, 3), attitude (..., time, 4) and bend (..., time, sections, 2).
+def poses(flight: xr.Dataset, vehicle: Vehicle) -> tuple[Array, Array, Array]:
+    """Return position (..., time, 3), attitude (..., time, 4) and bend (..., time, sections, 2).
 
-    Raises InputError for what is no flight of this vehicle.
+    Raises InputError if it is not a flight of this vehicle.
     """
     flight = in_order(over_time(flight), vehicle)
     bend = flight["bend"]
@@ -115,7 +133,7 @@ def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
     if bend.sizes["section"] != vehicle.sections:
         raise InputError(
             f"flight has {bend.sizes['section']} sections, but vehicle {shown(vehicle.name)} has "
-            f"{vehicle.sections}; give the vehicle that flew it."
+            f"{vehicle.sections}; give the vehicle that was simulated."
         )
     place = flight["position"].transpose(..., "time", "axis")
     attitude = flight["attitude"].transpose(..., "time", "quaternion")
@@ -127,9 +145,9 @@ def poses(flight: Any, vehicle: Vehicle) -> tuple[Array, Array, Array]:
 
 
 def evenly(times: Array, rate: float, least: int = 0) -> NDArray[np.int64]:
-    """Indices of the samples that are nearest to times so many a second, the last among them.
+    """Return the indices of samples nearest to evenly spaced times, the last one included.
 
-    least: how many there are in all, as far as there are samples.
+    rate: at most so many per second; least: number of indices, if there are as many samples.
     """
     count = max(int(np.ceil((times[-1] - times[0]) * rate)) + 1, least)
     if count >= len(times):
@@ -140,10 +158,10 @@ def evenly(times: Array, rate: float, least: int = 0) -> NDArray[np.int64]:
     return np.unique(after - earlier).astype(np.int64)
 
 
-def over_time(flight: Any) -> xr.Dataset:
-    """A flight that says where the vehicle is; its position may be among the coordinates q.
+def over_time(flight: object) -> xr.Dataset:
+    """Return a flight with position, attitude and bend; InputError for anything else.
 
-    Raises InputError for another.
+    The position may be among the coordinates q.
     """
     if not isinstance(flight, xr.Dataset):
         raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
@@ -151,7 +169,7 @@ def over_time(flight: Any) -> xr.Dataset:
         q = flight["q"]
         place = q.isel(coordinate=slice(3))
         if "coordinate" in q.coords:
-            # Whatever order they were selected in.
+            # In this order, however they were selected.
             place = q.isel(coordinate=q.indexes["coordinate"].get_indexer(list("xyz")))
             if place["coordinate"].to_numpy().tolist() != list("xyz"):
                 raise InputError("flight lacks coordinates x, y or z; give all that was simulated.")
@@ -163,39 +181,39 @@ def over_time(flight: Any) -> xr.Dataset:
     for name, last in _NEEDED.items():
         if name not in flight or not {"time", last} <= set(flight[name].dims):
             raise InputError(
-                f"flight has no {name} over time, without which nothing can be placed; give a "
-                "result of continuair.simulate that holds position, attitude and bend."
+                f"flight has no {name} over time; give a result of continuair.simulate with "
+                "position, attitude and bend."
             )
     _check_times(flight)
     return flight
 
 
 def _check_times(flight: xr.Dataset) -> None:
+    """Raise InputError unless times are finite and increasing."""
     times = np.asarray(flight.coords.get("time", np.empty(0)), float)
     if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
         at = int(np.argmin(np.append(True, np.diff(times) > 0.0) & np.isfinite(times)))
         raise InputError(
-            f"time is {times[at]:.6g} at sample {at}, but must be finite and after the one before; "
-            "put the samples in order, as with flight.sortby('time')."
+            f"time is {times[at]:.6g} at sample {at}, but must be finite and increasing; sort the "
+            "samples, as with flight.sortby('time')."
         )
 
 
 def check_turns(name: str, attitude: Array) -> None:
-    """Raise InputError for quaternions that are no turns, as means and values between samples are
-    none; what has ended has none."""
+    """Raise InputError for quaternions not of unit length, such as means or interpolated values.
+
+    NaN passes, as after a run has stopped.
+    """
     length = np.linalg.norm(attitude, axis=-1)
     if (np.abs(length - 1.0) > _OFF_UNIT).any():
         odd = float(length[np.abs(length - 1.0) > _OFF_UNIT][0])
-        raise InputError(
-            f"{name} has a quaternion of length {odd:.4g}, but must be of length 1; divide it by "
-            "its length."
-        )
+        raise InputError(f"{name} has a quaternion of length {odd:.4g}; give unit quaternions.")
 
 
 def _check_tips(
     flight: xr.Dataset, vehicle: Vehicle, place: Array, attitude: Array, bend: Array
 ) -> None:
-    """Raise InputError unless the tips are where the result has them, as of the vehicle flown."""
+    """Raise InputError unless the tips agree with the logged ones."""
     if "tip_position" not in flight:
         _check_arms(flight, vehicle)
         return
@@ -211,26 +229,26 @@ def _check_tips(
     if off > allowed:
         raise InputError(
             f"vehicle is {shown(vehicle.name)}, whose tips are {off:.3g} m from the flight's "
-            "tip_position; give the vehicle that flew it."
+            "tip_position; give the vehicle that was simulated."
         )
 
 
 def _check_arms(flight: xr.Dataset, vehicle: Vehicle) -> None:
-    """Raise InputError unless the arms are as long, and sit as, those that are said to have flown;
-    what says nothing passes."""
+    """Raise InputError unless the arms have the lengths and mounts of those in the result, if
+    stored."""
     given, allowed = _ends(vehicle), _OFF_TIP * float(vehicle.reach)
     for flown in map(_ends, vehicles_of(flight)):
         same = flown.shape == given.shape
         off = float(np.abs(flown - given).max(initial=0.0)) if same else np.inf
         if off > allowed:
             raise InputError(
-                f"vehicle is {shown(vehicle.name)}, whose straight arms end {off:.3g} m from where "
-                "those of the flight's do; give the vehicle that flew it, or keep tip_position."
+                f"vehicle is {shown(vehicle.name)}, whose straight arms end {off:.3g} m from those "
+                "of the flight; give the vehicle that was simulated."
             )
 
 
 def _ends(vehicle: Vehicle) -> Array:
-    """Where each section of each arm begins and ends, straight (n, 3) [m], body axes."""
+    """Return the ends of each section of each straight arm (n, 3) [m], body axes."""
     straight = parts(vehicle, np.zeros((vehicle.sections, 2)))
     joints = [np.cumsum([0.0, *(each.length for each in arm.section)]) for arm in vehicle.arms]
     found = [along_at(arm, bend, s)[0] for (arm, bend), s in zip(straight, joints, strict=True)]
@@ -238,18 +256,21 @@ def _ends(vehicle: Vehicle) -> Array:
 
 
 def _check_one_flight(flight: xr.Dataset) -> None:
-    """Raise InputError unless a dataset is of one run of one model, at times that it tells."""
+    """Raise InputError unless a dataset is of one run of one model, with a coordinate time."""
     dims = [str(dim) for dim in flight["bend"].dims]
     extra = [dim for dim in dims if dim not in ("time", "section", "bend_axis")]
     if extra:
         count = " and ".join(f"{flight.sizes[dim]} by {dim}" for dim in extra)
         given = ", ".join(f"{dim}=0" for dim in extra)
-        raise InputError(f"flight holds many: {count}; choose one, as in flight.isel({given}).")
+        raise InputError(f"flight has {count}; select one, as in flight.isel({given}).")
     if "time" not in flight.coords:
-        raise InputError("flight does not say when its samples are; keep its coordinate time.")
+        raise InputError("flight has no coordinate time; keep it.")
 
 
-def _labelled(values: Array, dims: list[str], labels: Any, lengths: Array) -> xr.DataArray:
+def _labelled(
+    values: Array, dims: list[str], labels: dict[Hashable, object], lengths: Array
+) -> xr.DataArray:
+    """Return points as a DataArray with the coordinate arc_length."""
     measured = (dims[-1 - lengths.ndim : -1], lengths, {"units": "m"})
     told = {"units": "m", "long_name": "points along the arms, world axes"}
     return xr.DataArray(values, labels | {"arc_length": measured}, dims, "backbone", told)

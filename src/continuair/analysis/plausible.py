@@ -1,4 +1,4 @@
-"""What of a vehicle is unlike anything that flies: often a unit that was mistaken."""
+"""Warnings of implausible values of a vehicle, often due to a wrong unit."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ _GYRATION = (0.01, 3.0)
 """Radii of gyration of UAVs [m]."""
 
 _FAR = 5.0
-"""Distance within which all parts of a vehicle are, over its arm and radius of gyration."""
+"""Largest distance of a vehicle's parts, over the sum of arm length and radius of gyration."""
 
 _STRONG = 30.0
-"""Lift over weight of no multirotor."""
+"""Thrust-to-weight ratio above that of any multirotor."""
 
 _SLOW = 2.0
-"""Time in which every rotor follows its command [s]."""
+"""Largest plausible time constant of a rotor [s]."""
 
 
 def doubts(vehicle: Vehicle) -> list[str]:
-    """Sentences on values of a vehicle that are hardly meant; none where all look well."""
+    """Return sentences on implausible values of a vehicle; none if all are plausible."""
     return [
         *_of_uav(vehicle),
         *_of_places(vehicle),
@@ -40,17 +40,19 @@ def doubts(vehicle: Vehicle) -> list[str]:
 
 
 def _of_uav(vehicle: Vehicle) -> list[str]:
+    """Return a sentence on an implausible inertia."""
     radii = np.sqrt(np.linalg.eigvalsh(np.asarray(vehicle.uav.inertia)) / vehicle.uav.mass)
     least, most = _GYRATION
     if radii[0] >= least and radii[-1] <= most:
         return []
     return [
-        f"uav.inertia is that of {vehicle.uav.mass:g} kg some {radii[-1]:.2g} m from the axis; is "
-        "it in kg m²?"
+        f"uav.inertia is that of {vehicle.uav.mass:g} kg at {radii[-1]:.2g} m from the axis; "
+        "check that it is in kg m²."
     ]
 
 
 def _of_places(vehicle: Vehicle) -> list[str]:
+    """Return sentences on parts that are implausibly far away."""
     rotors = vehicle.uav.rotors
     places = {"uav.mount": vehicle.uav.mount, "camera.position": vehicle.camera.position}
     if vehicle.has_arm_list:
@@ -61,34 +63,37 @@ def _of_places(vehicle: Vehicle) -> list[str]:
     length = excited_arm(vehicle).length if vehicle.arms else vehicle.reach
     most = _FAR * (length + np.sqrt(inertia / vehicle.uav.mass))
     return [
-        f"{name} is {distance:.3g} m away, for such a vehicle far; is it in metres?"
+        f"{name} is {distance:.3g} m away, unusually far for this vehicle; check that it is in "
+        "metres."
         for name, at in places.items()
         if (distance := float(np.linalg.norm(at))) > most
     ]
 
 
 def _of_rotors(vehicle: Vehicle) -> list[str]:
+    """Return sentences on implausible rotors."""
     rotors, found = vehicle.uav.rotors, []
     if rotors is None:
         return []
     lift = float(rotors.count * rotors.highest / (GRAVITY * vehicle.mass))
     if lift > _STRONG:
         found.append(
-            f"uav.rotors.thrust_limits let the rotors lift {lift:.3g} times the weight; are they "
-            "in newtons?"
+            f"uav.rotors.thrust_limits give {lift:.3g} times the weight; check that they are in "
+            "newtons."
         )
     for name, lag in (("lag", rotors.lag), ("lag_down", rotors.lag_down)):
         if lag is not None and lag > _SLOW:
-            found.append(f"uav.rotors.{name} is {lag:g} s, very slow; is it in seconds?")
+            found.append(f"uav.rotors.{name} is {lag:g} s, very slow; check that it is in seconds.")
     if rotors.torque_per_thrust > 1.0:
         found.append(
             f"uav.rotors.torque_per_thrust is {rotors.torque_per_thrust:g} m, more than any "
-            "rotor's; is it in metres?"
+            "rotor's; check that it is in metres."
         )
     return found
 
 
 def _of_sections(vehicle: Vehicle) -> list[str]:
+    """Return sentences on implausible sections and tips."""
     found = []
     for arm in vehicle.arms:
         for section in arm.section:
@@ -101,22 +106,25 @@ def _of_sections(vehicle: Vehicle) -> list[str]:
     return found
 
 
-_MORE = "more than the UAV's; is it in kilograms, not grams?"
+_MORE = "more than the UAV's; check that it is in kilograms."
 
 
 def _of_disks(section: Section, vehicle: Vehicle) -> list[str]:
+    """Return a sentence on the first disk heavier than the UAV."""
     heavy = [i for i, disk in enumerate(section.disks) if disk.mass > vehicle.uav.mass]
     return [f"disks.{i}.mass is {section.disks[i].mass:g} kg, {_MORE}" for i in heavy[:1]]
 
 
 def _of_damping(section: Section) -> list[str]:
+    """Return a sentence on an overdamped section."""
     ratio = section.damping_ratio
     if ratio is None or ratio <= 1.0:
         return []
-    return [f"damping_ratio is {ratio:g}, at which nothing swings; is it a share, not per cent?"]
+    return [f"damping_ratio is {ratio:g}, overdamped; check that it is not in per cent."]
 
 
 def _of_material(section: Section) -> list[str]:
+    """Return sentences on implausible materials."""
     if section.given_radius is None:
         return []
     found = []
@@ -127,11 +135,12 @@ def _of_material(section: Section) -> list[str]:
         value = float(getattr(section, name))
         if not least <= value <= most:
             side = "more" if value > most else "less"
-            found.append(f"{name} is {value:.3g} {unit}, {side} than any material's; is it meant?")
+            found.append(f"{name} is {value:.3g} {unit}, {side} than any material's; check it.")
     return found
 
 
 def _of_sag(vehicle: Vehicle) -> list[str]:
+    """Return a sentence on an arm that collapses under its weight."""
     if not vehicle.arms:
         return []
     number = float(place(vehicle)["gravity_number"])
@@ -139,6 +148,6 @@ def _of_sag(vehicle: Vehicle) -> list[str]:
         return []
     length, name = float(excited_arm(vehicle).length), name_of_excited_arm(vehicle)
     return [
-        f"gravity number g / l ω² is {number:.2g}, above 1: held level, the {name} of {length:g} m "
-        "folds under its weight; is it so limp, or its radius in metres?"
+        f"gravity number g / l ω² is {number:.2g}: held level, the {name} of {length:g} m "
+        "collapses under its weight; check stiffness and units."
     ]

@@ -1,4 +1,4 @@
-"""How fast targets move: the norms that Assumption 3 bounds, of velocity, acceleration and jerk."""
+"""Norms of a target's velocity, acceleration and jerk, which Assumption 3 bounds."""
 
 from __future__ import annotations
 
@@ -6,22 +6,21 @@ import numpy as np
 
 from continuair.scenario.paths import Path
 from continuair.scenario.scenarios import Scenario
-
-Array = np.ndarray
+from continuair.typing import Array
 
 _PER_PATH, _MOST, _AT_ONCE = 20_000, 1_000_000, 100_000
-"""Times at which a path is looked at within its duration, at most in all, and at once."""
+"""Samples of a path within its duration, the most in all, and the most at once."""
 
 _FINER, _GROWN = 4, 1.1
-"""How many times as many are asked in doubt, and the growth of what these do not tell either."""
+"""Factor of the finer sampling, and growth of a norm that shows that it is unbounded."""
 
 _UNEVEN = 200.0
-"""Mean changes of a difference, from one to the next, that its largest value may have by rounding;
-one jump among all of them is thousands."""
+"""Largest ratio of a difference to the mean change between differences that rounding causes; a
+single jump gives thousands."""
 
 
 def norms_at(scenario: Scenario, time: Array) -> Array:
-    """Norms (targets, 3, n) of velocity, acceleration and jerk of the targets at times (n,) [s]."""
+    """Return norms (targets, 3, n) of velocity, acceleration and jerk of targets at times [s]."""
     found = []
     for target in scenario.targets:
         beside = target.path.duration / _PER_PATH
@@ -33,24 +32,29 @@ def norms_at(scenario: Scenario, time: Array) -> Array:
 
 
 def largest_norms(scenario: Scenario) -> Array:
-    """The largest (targets, 3) over the scenario, L_1, L_2 and L_3 of Assumption 3; SI units.
+    """Return the largest norms (targets, 3) over the scenario, L_1, L_2 and L_3 of Assumption 3;
+    SI.
 
-    inf for those that grow with the number of times that are looked at, as a jerk does where an
-    acceleration jumps, or where a path turns within too short a time. The rounding of a path from a
-    function adds to the jerk of slow ones.
+    inf for those that grow with finer sampling, such as a jerk where the acceleration jumps, or
+    where a path turns within too short a time. The rounding of a path from a function adds to the
+    jerk of slow paths.
     """
     return np.array([_largest(target.path, scenario.duration) for target in scenario.targets])
 
 
 def _largest(path: Path, end: float) -> Array:
+    """Return the largest norms (3,) of a path, inf for those that grow with finer sampling."""
     count = int(np.clip(_PER_PATH * end / path.duration, _PER_PATH, _MOST))
     (found, _), (finer, rounding) = (_seen(path, end, each) for each in (count, _FINER * count))
     return np.where(finer > _GROWN * found + rounding, np.inf, found)
 
 
 def _seen(path: Path, end: float, count: int) -> tuple[Array, Array]:
-    """The largest norms (3,) at so many times, those of differences as means between them, and how
-    much of each may be rounding, as of a path from a function: what is all over it, no jump."""
+    """Return the largest norms (3,) at `count` times, and how much of each may be rounding.
+
+    Norms of differences are means over an interval. Rounding, as of a path from a function, is
+    spread over all samples, unlike a jump.
+    """
     found, uneven, step = np.zeros(3), np.zeros(3), end / count
     for first in range(0, count, _AT_ONCE):
         times = step * np.arange(first, min(first + _AT_ONCE, count) + 1)
@@ -64,4 +68,5 @@ def _seen(path: Path, end: float, count: int) -> tuple[Array, Array]:
 
 
 def _length(vectors: Array) -> Array:
+    """Return the norms (n,) of vectors (n, 3)."""
     return np.asarray(np.linalg.norm(vectors, axis=1))

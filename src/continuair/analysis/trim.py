@@ -1,9 +1,9 @@
-"""Hover: the inputs that hold a vehicle at rest, level, at a bend or at the one that it takes."""
+"""Hover: inputs that hold a level vehicle at rest, at a given bend or at its equilibrium."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from continuair.engine.engine import Engine
 from continuair.errors import InputError
 from continuair.flight.holding import holding
 from continuair.flight.rotors import still
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.bending import check_bend, largest_bends
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
@@ -20,86 +21,124 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 @dataclass(frozen=True)
 class Trim:
-    """A hovering equilibrium: paper coordinates q (8,) and the inputs that hold it.
+    """A hovering equilibrium.
 
-    force [N, world], moment [N m, body, about B's origin], bend_moment [N m²], of each section.
+    Parameters
+    ----------
+    q : ndarray, shape (8,)
+        Paper coordinates.
+    force : ndarray, shape (3,)
+        Force in world axes [N].
+    moment : ndarray, shape (3,)
+        Moment about B's origin, in body axes [N m].
+    bend_moment : ndarray, shape (2,)
+        Generalised forces on the bends, two per section [N m²].
     """
 
-    q: np.ndarray
-    force: np.ndarray
-    moment: np.ndarray
-    bend_moment: np.ndarray
+    q: Array
+    force: Array
+    moment: Array
+    bend_moment: Array
 
 
 def trim(
     vehicle: Vehicle,
     *,
-    bend: Any = None,
+    bend: ArrayLike | None = None,
     yaw: float = 0.0,
-    position: Any = (0.0, 0.0, 0.0),
-    tip_wrench: Any = 0.0,
+    position: ArrayLike = (0.0, 0.0, 0.0),
+    tip_wrench: ArrayLike = 0.0,
     gravity: float = 9.81,
 ) -> Trim:
-    """Hover with level base: the inputs that make every acceleration zero, with rotors at rest.
+    """Return the hovering equilibrium with a level base and rotors at rest.
 
-    bend: bend vector (2,) [1/m] to hold, of each section in turn, or None for the bend that
-    straight arms sink into under gravity and tip_wrench (6,) [N, N m, world axes], of each arm in
-    turn, with no bend moment; where straight arms would only just stand, the smaller of the two
-    bends to either side that they fall into. Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    bend : array_like, shape (2,), optional
+        Bend vectors to hold, two numbers per section [1/m]. Default: the stable equilibrium under
+        gravity and `tip_wrench`, without bend moments.
+    yaw : float, optional
+        Yaw of the base [rad].
+    position : array_like, shape (3,), optional
+        Position of B's origin in world axes [m].
+    tip_wrench : array_like, shape (6,), optional
+        Force and moment on the tip in world axes, six per arm [N, N m]; 0 for none.
+    gravity : float, optional
+        Acceleration of gravity [m/s²].
+
+    Returns
+    -------
+    Trim
+        Coordinates, and the inputs that make every acceleration zero.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or no stable equilibrium is found.
+
+    Notes
+    -----
+    From straight arms in unstable equilibrium, the smaller of the two bends to either side is
+    taken.
+
+    Examples
+    --------
+    >>> print(f"{ca.trim(ca.load_vehicle('paper')).force[2]:.2f} N")
+    25.67 N
     """
     check_single_vehicle(vehicle)
     gravity = checks.gravity(gravity)
-    yaw, position = (
-        float(checks.row("yaw", yaw, 1)[0]),
-        checks.vector("position", position, 3, or_zero=True),
-    )
+    heading = checks.row("yaw", yaw, 1)
+    place = checks.vector("position", position, 3, or_zero=True)
     layout, engine = vehicle.layout, Engine(vehicle, "decoupled")
-    tip_wrench = checks.vector("tip_wrench", tip_wrench, 6 * layout.arms, or_zero=True)
+    on_tips = checks.vector("tip_wrench", tip_wrench, 6 * layout.arms, or_zero=True)
 
-    def held(k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Paper coordinates (n, …) at bends k (n, bends), and the pushes that hold them."""
+    def held(k: Array) -> tuple[Array, Array]:
+        """Return paper coordinates (n, …) at bends (n, bends), and the inputs that hold them."""
         x, y = np.moveaxis(bend_vectors(k), -1, 0)
         polar = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=-1).reshape(len(k), -1)
-        base = np.concatenate([position, [0.0, 0.0, yaw]])
+        base = np.concatenate([place, [0.0, 0.0], heading])
         q = np.hstack([np.broadcast_to(base, (len(k), 6)), polar])
-        return q, holding(engine, q, gravity, tip_wrench)
+        return q, holding(engine, q, gravity, on_tips)
 
     if bend is None:
         k = _free_bend(vehicle, lambda k: held(k)[1][:, layout.bend_moment])
     else:
         k = checks.vector("bend", bend, layout.bends)
         check_bend("bend", bend, np.linalg.norm(bend_vectors(k), axis=-1).ravel(), vehicle)
-    (q,), (push,) = held(k[None])
-    bend_moment = np.zeros(layout.bends) if bend is None else push[layout.bend_moment]
-    return Trim(q, push[layout.force], push[layout.moment], bend_moment)
+    (q,), (inputs,) = held(k[None])
+    bend_moment = np.zeros(layout.bends) if bend is None else inputs[layout.bend_moment]
+    return Trim(q, inputs[layout.force], inputs[layout.moment], bend_moment)
 
 
-def _free_bend(vehicle: Vehicle, needed: Any) -> np.ndarray:
-    """The bend (bends,) [1/m] that straight arms sink into, or InputError.
+def _free_bend(vehicle: Vehicle, needed: Callable[[Array], Array]) -> Array:
+    """Return the equilibrium bend (bends,) [1/m] reached from straight arms, or raise InputError.
 
-    needed: bend moments (n, bends) [N m²] that hold bends (n, bends).
+    needed: returns the bend moments (n, bends) [N m²] that hold bends (n, bends).
     """
     sections = [section for arm in vehicle.arms for section in arm.section]
     if not sections:
         return np.zeros(0)
     length = np.array([each.length for each in sections])
-    # Over √(E I l) moments and bends are those of springs of 1.
+    # Divided by √(E I l), moments and bends are those of springs of stiffness 1.
     of_sections = np.sqrt([each.bending_stiffness for each in sections] * length)
     unit = vehicle.layout.per_coordinate(of_sections)
     largest = largest_bends(vehicle) * of_sections
     found = balance(lambda x: needed(x / unit) / unit, largest)
     if found is None:
         raise InputError(
-            "gravity and tip_wrench leave the arm no stable equilibrium below a full circle that "
-            "is found; give less of them, or the bend to hold."
+            "gravity and tip_wrench: no stable equilibrium below a full circle was found; reduce "
+            "them, or give the bend."
         )
     return np.asarray(found / unit)
 
 
-def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[str, Any]:
-    """Return force, moment and bend_moment that keep vehicles at rest, level, at a bend, and the
-    rotor_command that leaves rotors, if there are any, at rest.
+def held_hover(vehicle: Vehicle, q: Array, gravity: float = 9.81) -> dict[str, Array]:
+    """Return the inputs of `Scenario` that hold vehicles level and at rest, at a bend.
 
+    force, moment and bend_moment, and the rotor_command at which rotors, if any, are at rest.
     vehicle: plain or batched; q: (8,) or (runs, 8) paper coordinates. As `trim`, for a batch.
     """
     held = holding(Engine(vehicle, "decoupled"), np.atleast_2d(q), gravity)
@@ -112,8 +151,8 @@ def held_hover(vehicle: Vehicle, q: np.ndarray, gravity: float = 9.81) -> dict[s
     }
 
 
-def configuration(name: str, q: Any, vehicle: Vehicle) -> np.ndarray:
-    """Paper coordinates (coordinates,) whose bends leave room, 0 by default, or InputError."""
+def configuration(name: str, q: ArrayLike | None, vehicle: Vehicle) -> Array:
+    """Return paper coordinates with admissible bends, 0 by default, or raise InputError."""
     width = vehicle.layout.coordinates
     at = np.zeros(width) if q is None else checks.vector(name, q, width, or_zero=True)
     check_bend(name, at, np.abs(polar_of(at)[0]), vehicle)

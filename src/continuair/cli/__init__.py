@@ -1,4 +1,4 @@
-"""The command line: each command reads its input, calls the library and shows what came out."""
+"""The command line: each command reads its input, calls the library and prints the result."""
 
 from continuair import lazy
 

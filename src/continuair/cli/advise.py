@@ -32,10 +32,10 @@ def advise(
         typer.Option(help="hover, fast-flight, contact or track:M (R, A, L); repeatable. All."),
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(help="Tip error that is good enough: share of the arm's length, rad.")
+        float, typer.Option(help="Tolerated tip error: share of the arm's length, rad.")
     ] = 0.02,
     pixels: Annotated[
-        float | None, typer.Option(help="|DS| that is good enough in tracking. Default: 0.7.")
+        float | None, typer.Option(help="Tolerated |DS| in tracking [px]. Default: 0.7.")
     ] = None,
     gains: Annotated[
         str | None,
@@ -46,18 +46,19 @@ def advise(
         ),
     ] = None,
     loop: Annotated[
-        str, typer.Option(help="What holds the hover: position, attitude (and height) or none.")
+        str, typer.Option(help="Loop of the hover: position, attitude (and height) or none.")
     ] = "position",
     bandwidth: Annotated[
         float | None,
         typer.Option(
-            help="Of the attitude loop \\[rad/s]. Default: what the vehicle bears, at most 20."
+            help="Bandwidth of the attitude loop \\[rad/s]. "
+            "Default: the fastest with a delay margin, at most 20."
         ),
     ] = None,
     out: OutOption = None,
     json: JsonOption = None,
 ) -> None:
-    """Fly your vehicle with each model, and tell for which task the simpler one will do.
+    """Simulate your vehicle with each model, and print for which tasks a simpler one suffices.
 
     With --out, writes a table, JSON and figures (errors; its place on the atlas) to that folder.
     """

@@ -1,4 +1,4 @@
-"""The command line itself: how errors, warnings and interrupts are told."""
+"""The command line itself: reporting of errors, warnings and interrupts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from continuair.errors import INTERRUPTED, ContinuairWarning, InputError, shorte
 
 _UNUSABLE_INPUT = 2
 
-# A number that stands alone: the index in arm.disks.0 tells of another field.
+# A number that stands alone: the index in arm.disks.0 belongs to a field.
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d[\w.+-]*(?<![.,])")
 _LONGEST_KIND = 80
 
@@ -29,7 +29,7 @@ _INTERRUPTION = (
 
 
 class Reporting(TyperGroup):
-    """Tells a user's error in its own sentence, and no traceback."""
+    """Print an InputError as its message, without traceback."""
 
     def invoke(self, ctx: Any) -> Any:
         with reporting():
@@ -38,7 +38,7 @@ class Reporting(TyperGroup):
 
 @contextmanager
 def reporting() -> Iterator[None]:
-    """Inside the block, tell errors, warnings and Ctrl-C in sentences, and end with their codes."""
+    """Print errors, warnings and Ctrl-C of the block as sentences, and exit with their codes."""
     with _interruptible() as interrupts:
         try:
             with _plain_warnings():

@@ -26,11 +26,11 @@ def atlas(
     seed: Annotated[int, typer.Option(help="Seed of the samples.")] = 0,
     loop: Annotated[
         str,
-        typer.Option(help="What holds the hover: none, or position, as advise flies a vehicle."),
+        typer.Option(help="Loop of the hover: none, or position, as in advise."),
     ] = "none",
     vehicles: Annotated[
         int | None,
-        typer.Option(help="Vehicles that are flown with --loop position. Default: 2048."),
+        typer.Option(help="Vehicles to simulate with --loop position. Default: 2048."),
     ] = None,
 ) -> None:
     """Map where decoupling holds, over dimensionless groups, for any vehicle.
@@ -62,7 +62,7 @@ def atlas(
 
 
 def _controlled(out: str, vehicles: int | None, seed: int) -> None:
-    """Fly vehicles with a loop, and write the rule and what it is worth."""
+    """Simulate vehicles with a loop, and write the rule and its accuracy."""
     with progress_bar() as progress:
         from continuair.figures import controlled as figures
         from continuair.studies.atlas import study as study

@@ -44,7 +44,7 @@ def identify(
     topic: Annotated[
         list[str] | None,
         typer.Option(
-            help="What a topic of a log holds, such as tip=/arm/tip; repeatable. Of a ROS 2 bag, "
+            help="Role and topic of a log, such as tip=/arm/tip; repeatable. Of a ROS 2 bag, "
             "bend, bend_moment and rotors alone take fields.",
             metavar="ROLE=TOPIC[:FIELDS][*SCALE]",
         ),
@@ -91,7 +91,7 @@ def identify(
 
 
 def _show(found: Fit) -> None:
-    """Show estimates with their standard errors, and what the data cannot determine."""
+    """Print estimates with their standard errors, and parameters that the data do not determine."""
     columns = zip(found.fields, found.start, found.values, found.errors, strict=True)
     rows = [
         [name, f"{start:.5g}", f"{value:.5g}", f"{error:.2g}" if error < float("inf") else "none"]

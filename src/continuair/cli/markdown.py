@@ -14,13 +14,16 @@ _BETWEEN = 3  # columns, and the table's edges together
 
 
 class _Table(TableElement):
-    """A table whose words stay whole: where a terminal is too narrow for all of its columns, some
-    stand below the others, beside those again that tell its rows apart."""
+    """A table with unbroken words.
+
+    If the terminal is too narrow for all columns, some are printed below the others, with the
+    columns that identify the rows repeated.
+    """
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table]:
         (table,) = super().__rich_console__(console, options)
         assert isinstance(table, Table)
-        # What is measured is never wider than the terminal, and here it may be.
+        # Measurements are limited to the terminal's width, which the table may exceed.
         unbounded = options.update(width=10_000)
         sizes = [
             measure_renderables(console, unbounded, [column.header, *column.cells])
@@ -38,7 +41,7 @@ class Page(Markdown):
 
 
 def _names(table: Table) -> int:
-    """How many columns, from the first on, tell the rows apart."""
+    """Return how many leading columns identify the rows."""
     cells = [[str(cell) for cell in column.cells] for column in table.columns]
     for count in range(1, len(cells)):
         if len(set(zip(*cells[:count], strict=True))) == table.row_count:
@@ -47,7 +50,7 @@ def _names(table: Table) -> int:
 
 
 def _parts(sizes: Sequence[Measurement], names: int, width: int) -> Iterator[list[int]]:
-    """Columns that stand beside each other, each time with the first ones, which are `names`."""
+    """Return groups of columns printed side by side, each with the first `names` columns."""
     shown = list(range(names))
     for place in range(names, len(sizes)):
         least = sum(sizes[each].minimum + _BETWEEN for each in [*shown, place])
@@ -59,7 +62,7 @@ def _parts(sizes: Sequence[Measurement], names: int, width: int) -> Iterator[lis
 
 
 def _widths(sizes: Sequence[Measurement], width: int) -> list[int]:
-    """Widths of columns: their longest words, and of what is left what they would fill of it."""
+    """Return widths of columns: their longest words, and a share of the remaining space."""
     spare = width - sum(size.minimum + _BETWEEN for size in sizes)
     wanted = sum(size.span for size in sizes)
     share = min(1.0, max(0.0, spare / wanted)) if wanted else 0.0
@@ -67,7 +70,7 @@ def _widths(sizes: Sequence[Measurement], width: int) -> list[int]:
 
 
 def _of(columns: Sequence[Column], widths: Sequence[int]) -> Table:
-    """A table of columns of another one."""
+    """Return a table of columns of another one."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for column, width in zip(columns, widths, strict=True):
         table.add_column(column.header, width=width)

@@ -45,10 +45,10 @@ def new(
         ),
     ] = None,
     yes: Annotated[
-        bool, typer.Option("--yes", help="Ask nothing, and take every default.")
+        bool, typer.Option("--yes", help="Take every default without questions.")
     ] = False,
 ) -> None:
-    """Write the file of a vehicle to begin with, every field with its unit and meaning.
+    """Write a vehicle file to start from, with the unit and meaning of every field.
 
     In a terminal it asks for masses, rotors and the arm; Enter takes the default.
     """
@@ -69,12 +69,12 @@ def new(
 
 
 def asks() -> bool:
-    """Whether there is someone to ask: a terminal to read from and to ask on."""
+    """Return whether input and output are a terminal, so that questions can be asked."""
     return sys.stdin.isatty() and sys.stderr.isatty()
 
 
 def _path(file: str) -> Path:
-    """The new file, which must be called as vehicles are; raises InputError."""
+    """Return the new file, whose name must be valid for a vehicle; raises InputError."""
     if Path(file).suffix != ".toml":
         raise InputError(
             f"file is {shown(file)}, but vehicles are .toml files; give it a name such as "
@@ -84,7 +84,7 @@ def _path(file: str) -> Path:
 
 
 def _copy(preset: str, name: str) -> str:
-    """The text of a preset as a vehicle of another name."""
+    """Return the text of a preset as a vehicle of another name."""
     from continuair import checks
     from continuair.vehicle.template import renamed
     from continuair.vehicle.vehicle import preset_names, preset_text
@@ -93,7 +93,7 @@ def _copy(preset: str, name: str) -> str:
 
 
 def _answered(outline: Outline) -> Outline:
-    """Ask for each field until the answer is one that a vehicle can have."""
+    """Prompt for each field until the answer is valid for a vehicle."""
     for field, question in QUESTIONS.items():
         while True:
             default = outline.backbone_radius if field == "radius" else getattr(outline, field)
@@ -114,7 +114,7 @@ def _answered(outline: Outline) -> Outline:
 
 
 def _read(field: str, answer: str, kind: type) -> Any:
-    """An answer as a value of its kind; raises InputError."""
+    """Return an answer as a value of its kind; raises InputError."""
     try:
         return kind(answer)
     except ValueError:

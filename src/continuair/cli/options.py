@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -51,7 +51,27 @@ def out_folder(text: str) -> Path:
 
 @contextmanager
 def results_in(out: str | None, study: str, command: str = "") -> Iterator[ResultFolder | None]:
-    """Claim the folder that --out names, before any work, and finish it when all is written."""
+    """Open the result folder of --out before any work, and finish it after the block.
+
+    Parameters
+    ----------
+    out : str or None
+        Path of the folder; None for no folder.
+    study : str
+        Name of the study.
+    command : str, optional
+        Command line that repeats the study.
+
+    Yields
+    ------
+    ResultFolder or None
+        The folder, or None if `out` is None.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be used; see `ResultFolder`.
+    """
     if out is None:
         yield None
         return
@@ -62,8 +82,21 @@ def results_in(out: str | None, study: str, command: str = "") -> Iterator[Resul
         folder.finish()
 
 
-def again(name: str, **options: Any) -> str:
-    """The command that does something again: options that are None or False are left out."""
+def again(name: str, **options: object) -> str:
+    """Return the command line that repeats a command.
+
+    Parameters
+    ----------
+    name : str
+        Name of the command.
+    **options
+        Values by option. None and False are left out; a list repeats the option.
+
+    Returns
+    -------
+    str
+        The command line, quoted for a shell.
+    """
     words = ["continuair", name]
     for key, value in options.items():
         for one in value if isinstance(value, (list, tuple)) else [value]:
@@ -72,24 +105,42 @@ def again(name: str, **options: Any) -> str:
     return shlex.join(words)
 
 
-def refuse_unread(why: str, **options: Any) -> None:
-    """Raise InputError for an option that is given, but that nothing would read, and say why."""
+def refuse_unread(why: str, **options: object) -> None:
+    """Raise InputError, with the reason, for a given option that would have no effect."""
     for name, value in options.items():
         if value is not None:
             raise InputError(f"{name} is {value}, but {why}.")
 
 
 def tell_where(out: str | None) -> None:
-    """Say where results are, or how to keep them."""
+    """Print where results are, or how to keep them, on standard error.
+
+    Parameters
+    ----------
+    out : str or None
+        Path of the result folder; None if there is none.
+    """
     where = "Name a folder with --out to keep the results."
     typer.echo(where if out is None else f"Results are in {out}.", err=True)
 
 
 def check_json(json: str | None) -> None:
-    """Raise InputError if --json names what cannot be written, or a file that is not ours.
+    """Raise InputError if the file of --json cannot be written or is not one of ours.
 
-    Commands ask before they work. A file is ours if it is empty or holds a JSON object with the key
-    "study", which the JSON of every command has.
+    Parameters
+    ----------
+    json : str or None
+        Path of the file, "-" for standard output, or None.
+
+    Raises
+    ------
+    InputError
+        If the path is empty, is a folder, cannot be written, or names a file of other origin.
+
+    Notes
+    -----
+    Commands check before they start work. A file is ours if it is empty or holds a JSON object with
+    the key "study", which the JSON of every command has.
     """
     if json in (None, "-"):
         return
@@ -119,9 +170,20 @@ def check_json(json: str | None) -> None:
 
 
 def write_json(text: str, json: str | None) -> None:
-    """Write a study's JSON where --json says: nowhere, standard output or a file.
+    """Write a study's JSON to the target of --json.
 
-    Where the file cannot be written after all, standard output gets it: it may be long work.
+    Parameters
+    ----------
+    text : str
+        The JSON.
+    json : str or None
+        Path of the file, "-" for standard output, or None to write nothing.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written. The text is then printed on standard output, as it may be the
+        result of long work.
     """
     if json == "-":
         typer.echo(text, nl=False)

@@ -34,9 +34,9 @@ def sweep(
         bool, typer.Option("--repair", help="Compute damaged units of the store again.")
     ] = False,
 ) -> None:
-    """Fly every run of a design with several models, and keep how far apart they end up.
+    """Simulate every run of a design with several models, and save metrics of their differences.
 
-    A sweep that was interrupted or killed goes on where it was: repeat the command.
+    To continue an interrupted sweep, repeat the command.
     """
     part = _shard(shard)
     with progress_bar() as progress:

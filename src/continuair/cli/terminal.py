@@ -1,4 +1,4 @@
-"""What commands show: tables, and the progress of long work."""
+"""Output of commands: tables, and the progress of long work."""
 
 from __future__ import annotations
 
@@ -16,7 +16,17 @@ _COMPILING = "compiling kernels (first run only, up to minutes)"
 
 
 def print_table(columns: list[str], rows: list[list[str]], err: bool = False) -> None:
-    """Print a table with right-aligned numbers, on standard error if `err`."""
+    """Print a table with right-aligned numbers.
+
+    Parameters
+    ----------
+    columns : list of str
+        Headings.
+    rows : list of list of str
+        Cells, as many per row as headings.
+    err : bool, default False
+        Whether to print on standard error instead of standard output.
+    """
     from rich.console import Console
 
     console = Console(stderr=err)
@@ -31,7 +41,7 @@ def print_table(columns: list[str], rows: list[list[str]], err: bool = False) ->
 
 
 def _table(columns: list[str], rows: list[list[str]], folded: bool) -> Table:
-    """Words fold where they must, and headings if so asked; a number that did would be two."""
+    """Return a table whose words fold where needed, headings if asked, and numbers never."""
     from rich import box
     from rich.table import Table
     from rich.text import Text
@@ -56,7 +66,13 @@ def _table(columns: list[str], rows: list[list[str]], folded: bool) -> Table:
 
 
 def print_markdown(text: str) -> None:
-    """Print Markdown on standard error, its lines folded and its tables set for the terminal."""
+    """Print Markdown on standard error, formatted for the terminal.
+
+    Parameters
+    ----------
+    text : str
+        The Markdown; its lines are wrapped and its tables aligned.
+    """
     from rich.console import Console
 
     from continuair.cli.markdown import Page
@@ -66,9 +82,16 @@ def print_markdown(text: str) -> None:
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """Yield a function that shows (done, total, what) as a bar, on standard error.
+    """Show a progress bar on standard error inside the block.
 
-    The time that is left is that of the study under way; each begins with nothing done.
+    Yields
+    ------
+    callable
+        Function of (done, total, what) that updates the bar.
+
+    Notes
+    -----
+    The remaining time is that of the current study; each study starts with `done` = 0.
     """
     from rich.console import Console
     from rich.progress import (

@@ -47,7 +47,7 @@ def check(
         ),
     ],
 ) -> None:
-    """Read a vehicle and show what follows from its parameters.
+    """Print properties that follow from a vehicle's parameters.
 
     The lines "beam" are those of an Euler-Bernoulli beam, with the error of constant curvature.
     """

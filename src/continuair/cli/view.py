@@ -35,7 +35,7 @@ def view(
 ) -> None:
     """Show a flight in the browser: UAV, arms, camera, target and forces, as they move.
 
-    A vehicle flies first: a hover in which its arms swing and a push comes from the side.
+    A vehicle is simulated first, in a hover with swinging arms and a lateral force.
     """
     from continuair.viewer.export import check_page, write_page
     from continuair.viewer.server import check_server
@@ -71,7 +71,7 @@ def _serve(shown: Scene, port: int, label: str) -> None:
 
 
 def _scene(result: str, name: str | None) -> tuple[Scene, str]:
-    """The flight that is asked for, and what to call it."""
+    """Return the chosen flight as a scene, and its name."""
     from continuair.files import user_path
     from continuair.vehicle.vehicle import load_vehicle, preset_names
     from continuair.viewer.reading import chosen, recorded

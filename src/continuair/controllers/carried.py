@@ -1,4 +1,4 @@
-"""Arms that are carried along by what pushes their vehicle: for laws of several sections."""
+"""Arms kept straight as an actuator wrench moves their vehicle: for laws of several sections."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,10 +16,10 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """Moments on the bends that keep arms straight while a push moves their vehicle.
+    """Moments on the bends that keep arms straight while a wrench moves their vehicle.
 
     per_push (bends, 6): bend moments [N m²] per force [N] and moment [N m] on the body, in its
-    axes; inertia (bends, bends): of the straight arms on a fixed base [kg m⁴]; rate: of each bend's
+    axes. inertia (bends, bends): of the straight arms on a fixed base [kg m⁴]. rate: of each bend's
     critically damped loop about straight [rad/s].
     """
 
@@ -29,10 +29,10 @@ class Carried:
 
 
 def carried(vehicle: Vehicle, rate: float) -> Carried:
-    """What carries the arms of a vehicle, all of them, at a rate [rad/s]. Raises InputError.
+    """Return the moments that keep all arms of a vehicle straight, with loops of a rate [rad/s].
 
-    The moments are M_bu M_uu⁻¹ times the push, M of the straight vehicle: what the bends' inertia
-    asks for when the push moves it as a rigid body.
+    The moments are M_bu M_uu⁻¹ times the wrench, M of the straight vehicle: those that the bends'
+    inertia needs when the wrench moves it as a rigid body. Raises InputError.
     """
     check_single_vehicle(vehicle)
     return Carried(*_carrying(vehicle), checks.positive("bend_rate", rate, " [rad/s]"))
@@ -57,14 +57,14 @@ def carrying_gains(code: LawCode) -> dict[str, Any]:
 
 
 def carrying_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:
-    """The push of (sense, gains): a wrench on the camera, and what carries the arms under it."""
+    """Return the function (sense, gains) of the wrench: on the camera, and on the arms with it."""
     vec3, Bends, bends = code.vec3, code.Bends, code.bends
     Sense, push, camera_push, two = code.Sense, code.push, code.camera_push, code.Real(2.0)
     force_of, moment_of = code.force_of, code.moment_of
 
     @wp.func
     def carrying(sense: Sense, gains: Gains, force: vec3, moment: vec3):
-        """Moments on the bends under a push on the body, both in its axes."""
+        """Moments on the bends under a wrench on the body, both in its axes."""
         w = gains.bend_rate
         out = Bends()
         for i in range(bends):

@@ -1,4 +1,4 @@
-"""The flight controller's gains: of given bandwidths, or of those that the vehicle bears."""
+"""Gains of the flight controller, for given bandwidths or for the fastest stable ones."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ FASTEST = {"attitude": 20.0, "bend": 5.0}
 """Bandwidths [rad/s] that defaults do not exceed; the others follow from the attitude's."""
 
 _SLOWER = 0.8 ** np.arange(14)
-"""Shares of those that are tried, until the loop bears half as much delay again."""
+"""Shares of those, tried until the loop is stable with half as much delay again."""
 
 _BEND_DAMPING = (0.7, 0.4, 0.2, 0.1)
-"""Damping ratios of the bends that are tried: one that comes late shakes a stiff arm."""
+"""Damping ratios of the bends, in the order tried: delayed damping destabilises a stiff arm."""
 
 _OF_LAG = 0.5
 """Largest bandwidth of the attitude by default, times the rotors' lag."""
@@ -37,8 +37,10 @@ _BELOW_ATTITUDE = {"position": 1.0 / 8.0, "yaw": 1.0 / 2.5}
 
 
 class Design:
-    """Gains of given bandwidths, or of the fastest that the hovering vehicle bears, with straight
-    arms and with those that are held at bends (postures, 2 per section) [1/m]."""
+    """Gains of given bandwidths, or of the fastest with which the hovering vehicle is stable.
+
+    Arms are straight, or held at bends (postures, 2 per section) [1/m].
+    """
 
     def __init__(
         self,
@@ -58,8 +60,10 @@ class Design:
         self.postures = [hover(vehicle, GRAVITY, each) for each in held]
 
     def found(self) -> tuple[dict[str, Any], dict[str, Any], float]:
-        """Bandwidths, gains, and the latency that they bear; raises InputError if that is less than
-        there is."""
+        """Return bandwidths, gains, and the largest stable latency [s].
+
+        Raise InputError if that is less than the latency.
+        """
         # The others follow from these.
         asked = self.given["attitude"] is not None and self.given["bend"] is not None
         tried = [
@@ -79,30 +83,30 @@ class Design:
         if most < self.latency:
             at = tried[borne.index(most)][0]
             raise InputError(_unstable(at, most, self.latency, self.lag, len(self.postures) > 1))
-        # Slower ones bear little more than the fastest that bear half of what is possible.
+        # Take the fastest with half of the largest margin, as slower ones gain little.
         first = next(i for i, each in enumerate(borne) if each >= 0.5 * (self.latency + most))
         return tried[first][0], self.gains(*tried[first]), borne[first]
 
     def loops(self, gains: dict[str, Any], lag: float = 1.0) -> Iterator[LinearLoop]:
-        """The loop in every posture with these gains, and so many times the rotors' lag."""
+        """Yield the loop of every posture with these gains, with the rotors' lag times a factor."""
         for each in self.postures:
             yield LinearLoop(each, gains, self.feedforward, lag * self.lag)
 
     def stable(self, gains: dict[str, Any]) -> bool:
-        """Whether the loop is stable with the latency that there is."""
+        """Return whether the loop is stable with its latency."""
         return all(loop.stable(self.latency) for loop in self.loops(gains))
 
     def bears_more(self, gains: dict[str, Any]) -> bool:
-        """Whether the loop is stable with half as much delay again, the hold's included."""
+        """Return whether the loop is stable with half as much delay again, including the hold's."""
         late = 1.5 * self.latency + 0.5 * self.period
         return all(loop.stable(late) for loop in self.loops(gains, 1.5))
 
     def longest_latency(self, gains: dict[str, Any]) -> float:
-        """The latency up to which the loop is stable in every posture [s]."""
+        """Return the latency up to which the loop is stable in every posture [s]."""
         return min(loop.longest_latency(self.latency) for loop in self.loops(gains))
 
     def bandwidths(self, share: float) -> dict[str, Any]:
-        """All bandwidths [rad/s], those that are not given as a share of the fastest."""
+        """Return all bandwidths [rad/s]; those not given are a share of the fastest."""
         found = dict(self.given)
         if found["attitude"] is None:
             slow = _OF_LAG / self.lag if self.lag else np.inf
@@ -115,7 +119,7 @@ class Design:
         return found
 
     def gains(self, bandwidths: dict[str, Any], bend_damping: float) -> dict[str, Any]:
-        """The value of every field of the law's gains but its noise."""
+        """Return the value of every field of the law's gains except its noise."""
         ratio, share = self.shape
         k_p, k_v, k_i = position_gains(bandwidths["position"], ratio, share)
         free = self.vehicle.layout.per_coordinate(bandwidths["bend"]) == 0.0
@@ -143,7 +147,7 @@ class Design:
 def _unstable(
     bandwidths: dict[str, Any], bears: float, latency: float, lag: float, bent: bool
 ) -> str:
-    """The sentence of a loop that is not stable with its delays; bent: in one of its postures."""
+    """Return the message for an unstable loop; bent: arms have several postures."""
     at = f"attitude_bandwidth is {bandwidths['attitude']:.3g} rad/s"
     with_lag = f" with a rotor lag of {lag:.3g} s" if lag else ""
     vehicle = "the hovering vehicle" + (", its arms held straight and bent," if bent else "")

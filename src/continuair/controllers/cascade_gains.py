@@ -16,7 +16,7 @@ ABOVE_SERVO = 3.0
 
 
 def position_gains(bandwidth: float, damping_ratio: float, share: float) -> tuple[float, ...]:
-    """k_p [1/s], k_v [1/s] and k_i [1/s²] with the poles of (s² + 2ζω s + ω²)(s + share ω).
+    """Return k_p [1/s], k_v [1/s] and k_i [1/s²] with the poles of (s² + 2ζω s + ω²)(s + share ω).
 
     The loop is s³ + (k_v s + k_i)(s + k_p): k_p is a root of k_v k_p² - (ω² + 2ζω α) k_p + ω² α,
     the larger one, which is real for a share up to 1/4 at ζ = 1.
@@ -29,7 +29,7 @@ def position_gains(bandwidth: float, damping_ratio: float, share: float) -> tupl
 
 
 def real_gains(damping_ratio: float, share: float) -> bool:
-    """Whether `position_gains` has real ones."""
+    """Return whether the gains of `position_gains` are real."""
     linear = 1.0 + 2.0 * damping_ratio * share
     return linear * linear >= 4.0 * (2.0 * damping_ratio + share) * share
 
@@ -37,7 +37,7 @@ def real_gains(damping_ratio: float, share: float) -> bool:
 def attitude_gains(
     bandwidth: float, yaw_bandwidth: float, damping_ratio: float
 ) -> dict[str, Array]:
-    """ω_n² and 2 ζ ω_n of roll, pitch and yaw."""
+    """Return ω_n² and 2 ζ ω_n of roll, pitch and yaw."""
     rates = np.array([bandwidth, bandwidth, yaw_bandwidth])
     return {"attitude": rates**2, "spin": 2.0 * damping_ratio * rates}
 
@@ -45,9 +45,10 @@ def attitude_gains(
 def bend_gains(
     hover: Hover, rates: Array, damping_ratio: float, period: float
 ) -> dict[str, Array | float]:
-    """What moves the bends' references at rates (sections,) [1/s] and holds the bends at them.
+    """Return gains of the bends' references and servos.
 
-    damping_ratio: of the bends about their references. A section whose rate is 0 gets no moment.
+    rates (sections,): of the references [1/s]; damping_ratio: of the bends about their references.
+    A section whose rate is 0 gets no moment.
     """
     rates = np.repeat(rates, COORDINATES)
     held = rates > 0.0

@@ -1,11 +1,10 @@
 """Classic image-based visual servoing, v = λ L⁺ e, with an inner loop on the camera's twist.
 
-The inner loop is a wrench on the camera, Λ k (v - v_c), Λ the inertia that the camera feels with
-the arm frozen straight; the arm keeps its spring, and the weight is carried.
+The inner loop is a wrench on the camera, Λ k (v - v_c), with Λ the inertia at the camera with the
+arm frozen straight. The arm keeps its spring; the weight is compensated.
 """
 
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -15,15 +14,34 @@ from continuair.controllers.controller import Controller
 from continuair.controllers.definite import definite_code
 from continuair.controllers.inertias import camera_inertia
 from continuair.kernels.sensing.sense import LawCode
+from continuair.vehicle.vehicle import Vehicle
 
 
 def classic(
-    vehicle: Any, rate: float = 0.5, inner: float = 6.0, *, feed_forward: bool = False
+    vehicle: Vehicle, rate: float = 0.5, inner: float = 6.0, *, feed_forward: bool = False
 ) -> Controller:
-    """Proportional IBVS with a velocity loop around the dynamics.
+    """Make a proportional image-based servoing law with an inner velocity loop.
 
-    rate: λ of v = λ L⁺ e [1/s]; inner: rate of the loop that makes the camera follow v [1/s], well
-    above λ; feed_forward: add the target's twist to v. Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch), with a camera.
+    rate : float, default 0.5
+        Gain λ of v = λ L⁺ e [1/s].
+    inner : float, default 6.0
+        Rate of the loop that makes the camera follow v [1/s]; choose it well above λ.
+    feed_forward : bool, default False
+        Whether to add the target's twist to v.
+
+    Returns
+    -------
+    Controller
+        The controller of one run.
+
+    Raises
+    ------
+    InputError
+        If `vehicle` is a batch, or a rate is not positive.
     """
     settings = {
         "rate": checks.positive("rate", rate),
@@ -36,7 +54,7 @@ def classic(
 
 
 def law(code: LawCode) -> SimpleNamespace:
-    """The law on the device."""
+    """Return the law on the device."""
     Real, Sense, interaction = code.Real, code.Sense, code.interaction
     camera_push, definite = code.camera_push, definite_code(code)
     TwistGain, determined = definite.Matrix, definite.determined

@@ -1,62 +1,96 @@
-"""What a controller is: a law in device code, and the gains that each run gives it."""
+"""Controllers: a law in device code, and the gains of each run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.immutable import FixedDict, Immutable
+from continuair.typing import ArrayLike
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
-REACHED = 1.0 - 1e-6
-"""The share of a limit that counts as reached: float32 rounds what a law cuts off there."""
+if TYPE_CHECKING:
+    from continuair.kernels.sensing.sense import LawCode
 
-_TOLD_APART = 16
-"""Runs of a batch that provenance tells apart, at most."""
+Values: TypeAlias = Mapping[str, Any]
+"""Gains or settings by name: numbers, words or arrays."""
+
+REACHED = 1.0 - 1e-6
+"""Share of a limit that counts as reached, as float32 rounds a saturated value."""
+
+_RECORDED_RUNS = 16
+"""Largest batch whose runs are recorded one by one in provenance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Controller(Immutable):
     """A control law for `Scenario(controller=…)`.
 
-    law: a function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with `Gains`,
-    a Warp struct, and `control(sense, gains) -> Push`, a Warp function; it is called for every
-    flight, and what it gives is compiled once, as long as that stays the same. gains: the value of
-    every field of `Gains`, for one run; `stack` makes a batch. looks: whether it needs the camera
-    and a target. settings: kept as provenance. period: how often it acts [s], the scenario's
-    control_period where it is None. guided: whether its law follows set-points, or where it looks
-    the target, as kernels/sensing/guided.py has it; latency: how long after it has sensed what it
-    acts on the push of such a law acts [s]. asks: of rotors the rank of the wrench, 4 for a lift
-    and moments, 6 for forces in any direction too. integral: rate [1/s] at which the error of the
-    image, summed up over time, adds to it, for laws that look. believes: the vehicle that the law
-    computes with, the one that flies where it is None; see `believing`. at_limits: tells, of gains
-    of one run or (runs, …) and pushes (runs, samples, numbers), which parts of these, by name
-    (runs, samples), are at a limit. known: those gains of a vehicle of one run, by name, that say
-    what vehicle it is; the law can believe in no other. bandwidths: tells, of gains of one run or
-    (runs, …), those of position and attitude (..., 2) [rad/s], for a law that tilts to move.
+    Parameters
+    ----------
+    name : str
+        Name in results and errors.
+    law : callable
+        Function of a `LawCode` (kernels/sensing/sense.py) that returns a namespace with `Gains`, a
+        Warp struct, and `control(sense, gains) -> Push`, a Warp function. It is called for every
+        run; its result is compiled once, as long as it stays the same.
+    gains : mapping of str to array_like
+        Value of every field of `Gains`, for one run; `stack` makes a batch.
+    looks : bool, default True
+        Whether the law needs the camera and a target.
+    settings : mapping, optional
+        Settings recorded as provenance.
+    runs : int, optional
+        Number of runs of a batch; None for one run.
+    period : float, optional
+        Sampling period [s]. Default: the scenario's control_period.
+    latency : float, default 0.0
+        Delay from sensing to actuation [s], for guided laws only.
+    guided : bool, default False
+        Whether the law follows set-points, or the target if `looks`; see kernels/sensing/guided.py.
+    integral : float, default 0.0
+        Rate at which the integrated image error adds to the error [1/s], for laws with `looks`.
+    asks : {4, 6}, default 4
+        Rank of the wrench that rotors must produce: 4 for thrust and moments, 6 for any force too.
+    believes : Vehicle, optional
+        Nominal model of the law. Default: the simulated vehicle; see `believing`.
+    at_limits : callable, optional
+        From gains of one run or (runs, …) and actuator wrenches (runs, samples, numbers) to a dict
+        of arrays (runs, samples): which parts, by name, are at a limit.
+    known : callable, optional
+        From a vehicle of one run to those gains, by name, that depend on it. The nominal model must
+        agree with them.
+    bandwidths : callable, optional
+        From gains of one run or (runs, …) to bandwidths of position and attitude (..., 2) [rad/s],
+        for laws that tilt to move.
+
+    Raises
+    ------
+    InputError
+        If the law is not callable, a gain is not finite, or the timing is not possible for the law.
     """
 
     name: str
-    law: Callable[[Any], SimpleNamespace]
-    gains: Mapping[str, Any]
+    law: Callable[[LawCode], SimpleNamespace]
+    gains: Values
     looks: bool = True
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    settings: Values = field(default_factory=dict)
     runs: int | None = None
     period: float | None = None
     latency: float = 0.0
     guided: bool = False
     integral: float = 0.0
-    asks: int = 4
+    asks: Literal[4, 6] = 4
     believes: Vehicle | None = None
-    at_limits: Callable[[Mapping[str, Any], np.ndarray], dict[str, np.ndarray]] | None = None
+    at_limits: Callable[[Values, np.ndarray], dict[str, np.ndarray]] | None = None
     known: Callable[[Vehicle], Mapping[str, np.ndarray]] | None = None
-    bandwidths: Callable[[Mapping[str, Any]], np.ndarray] | None = None
+    bandwidths: Callable[[Values], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.law):
@@ -71,7 +105,7 @@ class Controller(Immutable):
         self._check_timing()
 
     def _check_timing(self) -> None:
-        """Raise InputError for what the law would not heed."""
+        """Raise InputError for timing that the law would ignore."""
         if self.period is not None:
             checks.positive("period", self.period, " [s], or None for the scenario's")
         if checks.number("latency", self.latency, least=0.0) and not self.guided:
@@ -98,14 +132,30 @@ class Controller(Immutable):
         return checks.frozen(found)
 
     def believing(self, vehicle: Vehicle) -> Controller:
-        """The same law, but computing with this vehicle, whatever flies: with its weight, its
-        Jacobians, its camera's mount and intrinsics.
+        """Return the same law with another nominal model.
 
-        vehicle: one, or one per run, that `replace` made of the one that flies; with its rotors and
-        drag, which no law computes with, or the flight raises InputError. What is measured stays
-        true: the state, the depths, and images in pixels, that of the goal among them. Gains are
-        those that the controller was made with. Raises InputError, also of a flight controller that
-        was made for another mass or inertia, which are among its gains.
+        Parameters
+        ----------
+        vehicle : Vehicle
+            Nominal model, or one per run: made by `replace` from the simulated vehicle, with the
+            same rotors and drag, which no law uses.
+
+        Returns
+        -------
+        Controller
+            The law, which computes weight, Jacobians, and the camera's mount and intrinsics from
+            `vehicle`.
+
+        Raises
+        ------
+        InputError
+            If `vehicle` is not a vehicle, or a flight controller was made for another mass or
+            inertia, which are among its gains.
+
+        Notes
+        -----
+        Gains do not change. Measurements stay true: the state, the depths, and images in pixels,
+        including the desired one. `simulate` raises InputError if rotors or drag differ.
         """
         check_vehicle(vehicle)
         if self.known is not None:
@@ -114,7 +164,7 @@ class Controller(Immutable):
         return replace(self, believes=vehicle)
 
     def _check_known(self, vehicle: Vehicle, run: int) -> None:
-        """Raise InputError where a vehicle of one run is not what the gains of this run say."""
+        """Raise InputError if a vehicle of one run disagrees with the gains of this run."""
         assert self.known is not None
         for name, value in self.known(vehicle).items():
             gain = self.gains[name]
@@ -122,18 +172,39 @@ class Controller(Immutable):
             if not np.allclose(gain, value, rtol=1e-6, atol=1e-6 * np.abs(value).max()):
                 raise InputError(
                     f"vehicle has {name} {shown(_plain(value))}, but the controller {self.name} "
-                    f"was made for {shown(_plain(gain))}, which it keeps; make it for the vehicle "
-                    "that it is to believe in."
+                    f"has gains for {shown(_plain(gain))}; make the controller for this vehicle."
                 )
 
-    def describe(self) -> dict[str, Any]:
-        """Name and settings as JSON can hold them."""
-        told = {} if self.believes is None else {"believes": self.believes.describe()}
-        return {"name": self.name, **{k: _plain(v) for k, v in self.settings.items()}, **told}
+    def describe(self) -> dict[str, object]:
+        """Return the name and settings in types of JSON.
+
+        Returns
+        -------
+        dict
+            The name, the settings, and under "believes" the nominal model if it is set.
+        """
+        nominal = {} if self.believes is None else {"believes": self.believes.describe()}
+        return {"name": self.name, **{k: _plain(v) for k, v in self.settings.items()}, **nominal}
 
 
 def stack(controllers: Sequence[Controller]) -> Controller:
-    """One controller for a batch: run i flies with the gains of controllers[i], all of one law."""
+    """Combine controllers of one law into one for a batch.
+
+    Parameters
+    ----------
+    controllers : sequence of Controller
+        One per run, all of one law with gains of equal shapes, and with the same timing.
+
+    Returns
+    -------
+    Controller
+        A controller whose run i has the gains of ``controllers[i]``.
+
+    Raises
+    ------
+    InputError
+        If a controller is a batch already, or they differ in more than gains and settings.
+    """
     if (
         not isinstance(controllers, (list, tuple))
         or not controllers
@@ -172,8 +243,8 @@ def stack(controllers: Sequence[Controller]) -> Controller:
                 )
         if other.believes is not first.believes:
             raise InputError(
-                "controllers believe in different vehicles; stack them first, and let the stack "
-                "believe in a batch."
+                "controllers have different nominal models; stack them first, and call believing "
+                "with a batch."
             )
         if (other.period, other.latency) != (first.period, first.latency):
             raise InputError(
@@ -184,7 +255,7 @@ def stack(controllers: Sequence[Controller]) -> Controller:
     gains = {
         name: np.stack([np.asarray(c.gains[name]) for c in controllers]) for name in first.gains
     }
-    few = len(controllers) <= _TOLD_APART
+    few = len(controllers) <= _RECORDED_RUNS
     settings = {"runs": [c.describe() for c in controllers]} if few else {}
     return replace(first, gains=gains, settings=settings, runs=len(controllers))
 
@@ -192,21 +263,21 @@ def stack(controllers: Sequence[Controller]) -> Controller:
 def over_runs(
     first: Controller, gains: Mapping[str, np.ndarray], settings: Mapping[str, np.ndarray]
 ) -> Controller:
-    """A controller for a batch: the first run's, with gains and settings (runs, …) that differ."""
+    """Return the first run's controller for a batch, with other gains and settings (runs, …)."""
     runs = len(next(iter(gains.values())))
     found = {
         name: gains.get(name, np.broadcast_to(value, (runs, *np.shape(value))))
         for name, value in first.gains.items()
     }
-    told = {}
-    if runs <= _TOLD_APART:
+    recorded: dict[str, object] = {}
+    if runs <= _RECORDED_RUNS:
         own = [{name: _plain(rows[run]) for name, rows in settings.items()} for run in range(runs)]
-        told = {"runs": [first.describe() | each for each in own]}
-    return replace(first, gains=found, settings=told, runs=runs)
+        recorded = {"runs": [first.describe() | each for each in own]}
+    return replace(first, gains=found, settings=recorded, runs=runs)
 
 
-def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
-    """A (size, size) gain from a scalar, a diagonal (size,) or a matrix; SPD, or InputError."""
+def gain_matrix(name: str, value: ArrayLike, size: int) -> np.ndarray:
+    """Return an SPD gain (size, size) of a scalar, a diagonal or a matrix, or raise InputError."""
     array = checks.finite_array(value)
     if array is None or array.shape not in ((), (size,), (size, size)):
         raise InputError(
@@ -217,7 +288,7 @@ def gain_matrix(name: str, value: Any, size: int) -> np.ndarray:
 
 
 def definite(name: str, matrices: np.ndarray) -> np.ndarray:
-    """Gains (..., size, size) made symmetric to the last bit; SPD, or InputError."""
+    """Return gains (..., size, size) made symmetric to the last bit; SPD, or InputError."""
     turned = matrices.swapaxes(-1, -2)
     off, largest = (np.abs(each).max((-2, -1)) for each in (matrices - turned, matrices))
     if (off > 1e-9 * largest).any():

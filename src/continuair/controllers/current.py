@@ -1,14 +1,15 @@
-"""The paper's law, Eqs. (15) and (16), with gains made for the image of now: K_p, K_d, C_d of L.
+"""The paper's law, Eqs. (15) and (16), with gains K_p, K_d, C_d recomputed for the current image.
 
-With L Λ^(-1/2) = Σ s_i u_i v_iᵀ at the image of now, Λ the inertia that the camera feels, and
-ω_i = ω s_i² / (s_i² + ε), they are in the directions seen
+With L Λ^(-1/2) = Σ s_i u_i v_iᵀ at the current image, Λ the inertia at the camera, and
+ω_i = ω s_i² / (s_i² + ε), the gains are, in the visible directions,
 
     K_p = c Σ ω_i²/s_i² u_i u_iᵀ,  K_d = k Σ ω_i²/(ω s_i)² u_i u_iᵀ,  C_d = 1/c Σ 2ζ/ω_i u_i u_iᵀ,
 
-and C_p = 1: symmetric positive definite with anything positive in the 2n - 6 others, of which Lᵀ
-makes nothing. c caps far errors, one factor for all directions, 1 near the target. The wrench on
-the camera takes no singular values: with H = LᵀL + ε Λ, the displacement that the image tells,
-ξ = H⁻¹ Lᵀ (e + C_s tanh(e/σ)), and the share of a motion that it shows, P = 1 - ε H⁻¹ Λ,
+and C_p = 1. They are symmetric positive definite with any positive values in the 2n - 6 other
+directions, which Lᵀ maps to zero. The factor c limits large errors, equally in all directions; it
+is 1 near the target. The wrench on the camera needs no singular values. With H = LᵀL + ε Λ, the
+displacement ξ = H⁻¹ Lᵀ (e + C_s tanh(e/σ)) estimated from the image, and the visible share of a
+motion, P = 1 - ε H⁻¹ Λ,
 
     Lᵀ (K_p e_a - K_d L v_c) = Λ P (c ω² ξ + 2ζω (v_t - v_c) - k P v_c).
 """
@@ -35,10 +36,10 @@ _LEAST = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class CurrentGains:
-    """K_p, K_d and C_d as functions of the image of now, as `design` gives them.
+    """K_p, K_d and C_d as functions of the current image, as `design` returns them.
 
-    inertia (6, 6): Λ, what the camera feels, in its axes; floor: ε = μ² s_1² of the desired image;
-    cap: displacement [m, rad] beyond which K_p falls, by one factor for all directions.
+    inertia (6, 6): Λ, at the camera, in its axes; floor: ε = μ² s_1² of the desired image; cap:
+    displacement [m, rad] beyond which K_p falls, by one factor for all directions.
     """
 
     inertia: np.ndarray
@@ -49,7 +50,7 @@ class CurrentGains:
     cap: tuple[float, float]
 
     def fields(self) -> dict[str, Any]:
-        """The fields of the law's `Gains` that these give."""
+        """Return the values of the law's `Gains`."""
         ω = self.bandwidth
         return {
             "inertia": self.inertia,
@@ -62,7 +63,7 @@ class CurrentGains:
         }
 
     def describe(self) -> dict[str, Any]:
-        """What provenance keeps of them."""
+        """Return the settings recorded as provenance."""
         names = ("bandwidth", "damping_ratio", "rate_gain", "floor", "cap")
         return {"gains": "current", **{name: getattr(self, name) for name in names}}
 
@@ -70,7 +71,7 @@ class CurrentGains:
 def current_gains(
     vehicle: Vehicle, L: np.ndarray, ω: float, ζ: float, μ: float, share: float, cap: Any
 ) -> CurrentGains:
-    """Those of a vehicle; L (2n, 6): at the desired image. The rest is as in `design`."""
+    """Return current gains of a vehicle; L (2n, 6): at the desired image; rest: as in `design`."""
     inertia = camera_inertia(vehicle)
     felt, axes = np.linalg.eigh(inertia)
     largest = np.linalg.norm(L @ (axes / np.sqrt(felt)), 2)
@@ -95,14 +96,14 @@ def _cap(given: Any) -> tuple[float, float]:
 
 
 def current_fields(code: LawCode) -> dict[str, Any]:
-    """Return the types of what the gains consist of: Λ, ω², 2ζω, k, C_s, ε and the caps of c."""
+    """Return the types of the gains' fields: Λ, ω², 2ζω, k, C_s, ε and the caps of c."""
     names = ("stiffness", "damping", "rate_gain", "sliding", "floor", "farthest", "widest")
     inertia = definite_code(code).Matrix
     return {"inertia": inertia} | dict.fromkeys(names, code.Real)
 
 
 def current_wrench(code: LawCode, Gains: Any) -> Any:
-    """The law's wrench on the camera, as a function of (sense, gains)."""
+    """Return the law's wrench on the camera as a function of (sense, gains)."""
     Real, Twist, Sense, interaction = code.Real, code.Twist, code.Sense, code.interaction
     above, tanh, rows = code.above, code.tanh, 2 * code.points
     definite = definite_code(code)
@@ -111,7 +112,7 @@ def current_wrench(code: LawCode, Gains: Any) -> Any:
 
     @wp.func
     def share_within(x: Real, y: Real, z: Real, most: Real):
-        """What brings a vector of three to a length at most."""
+        """Factor that limits the length of a vector of three."""
         size = wp.sqrt(x * x + y * y + z * z)
         return above(size, most, most / above(size, zero, size, one), one)
 

@@ -9,7 +9,7 @@ import warp as wp
 from continuair.kernels.sensing.sense import LawCode
 
 _UNDETERMINED = 1e-11
-"""A share that is little beside what small, far targets show."""
+"""Share that is negligible even for small, far targets."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Definite:
 
 
 def definite_code(code: LawCode) -> Definite:
-    """The functions for the numbers of a law."""
+    """Return the functions for the numbers of a law."""
     return _definite(code.Real, code.Twist, code.above)
 
 
@@ -35,7 +35,7 @@ def _definite(Real: Any, Twist: Any, above: Any) -> Definite:
 
     @wp.func
     def determined(A: Matrix):
-        """LᵀL with a little more on its diagonal: motion that no point shows stays at rest."""
+        """LᵀL with a slightly larger diagonal: motion that no point shows is not commanded."""
         for i in range(6):
             A[i, i] = above(A[i, i], zero, share * A[i, i], one)
         return A

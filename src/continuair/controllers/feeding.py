@@ -1,10 +1,10 @@
-"""What a flight controller feeds forward of the arms: nothing, their weight, or their reaction.
+"""Feedforward of the arms in a flight controller: none, their weight, or their reaction.
 
-An arm feels the base's acceleration and not gravity alone: under a thrust f along the body's z axis
-all of a vehicle of mass m feels f/m, which is gravity while it hovers. About B, with H, F, L, M of
-all arms (kernels/dynamics.py) and what they feel a', the arms need H×a' on the body and Fᵀ a' on
-their bends; their own motion needs F b̈ and L b̈ with what is quadratic in the rates. b̈ is told by
-the bend rates that are sensed: moments that are held between instants do not tell it.
+The base's acceleration acts on an arm as gravity does. Under a thrust f along the body's z axis the
+apparent gravity is f/m in a vehicle of mass m; in hover it is gravity. About B, with H, F, L, M of
+all arms (kernels/dynamics.py) and the apparent gravity a', the arms need H×a' on the body and Fᵀ a'
+on their bends. Their own motion needs F b̈ and L b̈ with the terms quadratic in the rates. b̈ is
+estimated from measured bend rates, as moments held between samples do not determine it.
 """
 
 from dataclasses import dataclass
@@ -19,15 +19,15 @@ from continuair.kernels.arm.chain import chain_code, total_types
 from continuair.kernels.flight import flight_code
 
 FEEDFORWARD = ("none", "weight", "reaction")
-"""What may be fed forward: each holds those before it."""
+"""Choices of feedforward; each includes those before it."""
 
 
 @dataclass(frozen=True)
 class FeedingCode:
     """fed(y, flight, inertia, felt, bend, limit, ddb) -> Fed, for each of FEEDFORWARD.
 
-    inertia: of the vehicle about its centre of mass; felt: a' in body axes; bend: what the bends'
-    servo asks for [N m²]; limit: the most that it can; ddb: how the bends accelerate [1/(m s²)].
+    inertia: of the vehicle about its centre of mass; felt: a' in body axes; bend: the bend servo's
+    moment [N m²]; limit: its largest value; ddb: bend accelerations [1/(m s²)].
     """
 
     Fed: Any
@@ -38,7 +38,7 @@ class FeedingCode:
 
 @cache
 def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
-    """The functions for one kind of numbers and tree of arms."""
+    """Return the functions for one kind of numbers and tree of arms."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     Real, State, Plant, Bends = types.Real, types.State, types.Plant, types.Bends
     vec3, mat33, spin_of = types.vec3, types.mat33, types.spin_of
@@ -49,7 +49,7 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
 
     @wp.struct
     class Fed:
-        """Force and moment on the UAV in body axes; all that the bends get."""
+        """Force and moment on the UAV in body axes; total bend moments."""
 
         force: vec3
         moment: vec3
@@ -71,7 +71,7 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
 
     @wp.func
     def carried(total: Total, plant: Plant, felt: vec3, bend: Bends, limit: Bends):
-        """What the bends get with the arms' weight, within the limits [N m²]."""
+        """Bend moments with the arms' weight, within the limits [N m²]."""
         pull = apparent_weight(total, felt)
         for j in range(bends):
             bend[j] = bend[j] + plant.unit[j] * pull[j]

@@ -5,14 +5,14 @@
     e_R = ½ (R_dᵀ R - Rᵀ R_d)^∨                 M = -I (ω_n² e_R + 2 ζ ω_n e_ω) + ω×I ω + arms
     f = F · R e_z along the body's z axis
 
-Lee, Leok and McClamroch (2010), with the gains by axis, I about the common centre of mass, and what
-is fed forward of the arms (controllers/feeding.py). A servo moves each bend's reference to its
-set-point with a lag and a largest speed, and the bend after it by spring and damper.
+Lee, Leok and McClamroch (2010), with gains per axis, I about the common centre of mass, and
+feedforward of the arms (controllers/feeding.py). A servo moves each bend's reference to its
+set-point with a lag and a largest speed; a spring and a damper make the bend follow.
 """
 
 from collections.abc import Callable, Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal, TypedDict
 
 import numpy as np
 import warp as wp
@@ -20,7 +20,7 @@ import warp as wp
 from continuair import checks
 from continuair.controllers.cascade_design import GRAVITY, Design
 from continuair.controllers.cascade_gains import real_gains
-from continuair.controllers.controller import REACHED, Controller
+from continuair.controllers.controller import REACHED, Controller, Values
 from continuair.controllers.feeding import FEEDFORWARD, feeding_code
 from continuair.controllers.hover import hover
 from continuair.device.types import room
@@ -28,6 +28,7 @@ from continuair.errors import InputError, nearest, shown
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.guidance import guidance_code
 from continuair.kernels.sensing.sense import LawCode
+from continuair.typing import ArrayLike
 from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.bending import check_bend
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
@@ -38,49 +39,116 @@ _FASTEST = 1e4
 """The largest rate [Hz]."""
 
 
+class FlightChoices(TypedDict, total=False):
+    """Keyword arguments of `flight_controller` but `speed`."""
+
+    position_bandwidth: float | None
+    attitude_bandwidth: float | None
+    yaw_bandwidth: float | None
+    bend_bandwidth: ArrayLike | None
+    damping_ratio: float
+    integral_share: float
+    feedforward: Literal["none", "weight", "reaction"]
+    rate: float
+    latency: float
+    rotor_lag: float | None
+    bend: ArrayLike | None
+    tilt: float
+    thrust: ArrayLike | None
+    moment: ArrayLike | None
+    bend_moment: float | None
+    bend_speed: float | None
+    noise: Mapping[str, float] | None
+
+
 def flight_controller(
-    vehicle: Any,
+    vehicle: Vehicle,
     *,
     position_bandwidth: float | None = None,
     attitude_bandwidth: float | None = None,
     yaw_bandwidth: float | None = None,
-    bend_bandwidth: Any = None,
+    bend_bandwidth: ArrayLike | None = None,
     damping_ratio: float = 1.0,
     integral_share: float = 0.2,
-    feedforward: str = "weight",
+    feedforward: Literal["none", "weight", "reaction"] = "weight",
     rate: float = 250.0,
     latency: float = 0.0,
     rotor_lag: float | None = None,
-    bend: Any = None,
+    bend: ArrayLike | None = None,
     tilt: float = 0.7,
-    thrust: Any = None,
-    moment: Any = None,
+    thrust: ArrayLike | None = None,
+    moment: ArrayLike | None = None,
     speed: float = 5.0,
     bend_moment: float | None = None,
     bend_speed: float | None = None,
     noise: Mapping[str, float] | None = None,
 ) -> Controller:
-    """Fly to set-points (`Setpoints`) by thrust along the body's z axis, moment and bend servos.
+    """Make a cascaded flight controller that follows set-points.
 
-    Bandwidths [rad/s]: of position, roll and pitch, yaw, and the bends' servos, one for all
-    sections or one each, 0 for a section that hangs free. Those not given are 20 for the attitude,
-    at most 0.5 / rotor_lag, and 5 for the bends, or as much less as the hovering vehicle needs to
-    bear half as much delay again; an eighth of the attitude's for position, two fifths for yaw.
-    integral_share: of the integral's pole in the position's, 0 for none. feedforward: of the arms,
-    "none", "weight" or "reaction". rate: how often it acts [Hz]; latency: how long after it sensed
-    its push acts [s]; rotor_lag: of first order, which its gains must bear [s], the rotors' by
-    default; bend: vectors (2 per section) [1/m] at which the arms are held besides straight, or
-    rows of them, which the gains must bear, too; noise: standard deviations per axis of "position"
-    [m], "velocity" [m/s], "attitude" [rad] and "gyro" [rad/s].
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    position_bandwidth : float, optional
+        Bandwidth of position [rad/s]. Default: an eighth of `attitude_bandwidth`.
+    attitude_bandwidth : float, optional
+        Bandwidth of roll and pitch [rad/s]. Default: 20, at most 0.5 / `rotor_lag`, lowered as
+        Notes say.
+    yaw_bandwidth : float, optional
+        Bandwidth of yaw [rad/s]. Default: two fifths of `attitude_bandwidth`.
+    bend_bandwidth : float or array_like (sections,), optional
+        Bandwidth of the bend servos [rad/s], one for all sections or one each; 0 leaves a section
+        free. Default: 5, lowered as Notes say.
+    damping_ratio : float, default 1.0
+        Damping ratio of the position and attitude loops.
+    integral_share : float, default 0.2
+        Pole of the integral over that of position; 0 for no integral.
+    feedforward : {"none", "weight", "reaction"}, default "weight"
+        Feedforward of the arms.
+    rate : float, default 250.0
+        Sampling rate [Hz].
+    latency : float, default 0.0
+        Delay from sensing to actuation [s].
+    rotor_lag : float, optional
+        Time constant of first order that the gains are designed for [s]. Default: the rotors'.
+    bend : array_like (2 sections,) or (postures, 2 sections), optional
+        Bend vectors [1/m] for which the gains must be stable too, besides straight arms.
+    tilt : float, default 0.7
+        Largest tilt [rad].
+    thrust : array_like (2,), optional
+        Least and most thrust [N]. Default: 0.1 times the weight, or the rotors' least if that is
+        more, and the rotors' most, or 2 times the weight without rotors.
+    moment : float or array_like (3,), optional
+        Largest moment about each body axis [N m]. Default: no limit.
+    speed : float, default 5.0
+        Largest speed of approach [m/s].
+    bend_moment : float, optional
+        Largest bend moment of each component [N m²]. Default: no limit.
+    bend_speed : float, optional
+        Largest rate of each component of a bend [1/(m s)]. Default: no limit.
+    noise : mapping of str to float, optional
+        Standard deviations per axis of "position" [m], "velocity" [m/s], "attitude" [rad] and
+        "gyro" [rad/s]. Default: 0.
 
-    Without `bend` gains and latency_margin are of straight arms, free sections where they rest
-    under their weight; held bent they may bear less. Latencies up to 0.25 s are looked at, or half
-    as much again as that there is: a longer margin is told as that.
+    Returns
+    -------
+    Controller
+        A guided controller; its set-points are the scenario's `Setpoints`. Its settings record the
+        bandwidths, gains, limits and the latency margin [s].
 
-    Limits: tilt [rad], thrust (least, most) [N], by default 0.1 times the weight, or the rotors'
-    least if that is more, and what the rotors have, or 2 times the weight; moment (3,) [N m], speed
-    of approach [m/s], and of each component of a bend bend_moment [N m²] and bend_speed
-    [1/(m s)]. Raises InputError, also for gains that the delays make unstable, at 9.81 m/s².
+    Raises
+    ------
+    InputError
+        If a value is out of range, or the delays make the hovering vehicle unstable.
+
+    Notes
+    -----
+    Thrust acts along the body's z axis, with moments and bend servos. Gains are designed at 9.81
+    m/s². Bandwidths of attitude and bends that are not given are lowered until the hovering vehicle
+    is stable with half as much delay again. Without `bend`, gains and margin are those of straight
+    arms, with free sections at rest under their weight; at other bends the margin may be smaller.
+    The delay margin is searched up to ``max(0.25 s, 1.5 * latency)``; larger margins are reported
+    as that limit.
     """
     check_single_vehicle(vehicle)
     checks.choice("feedforward", feedforward, FEEDFORWARD)
@@ -141,20 +209,20 @@ def flight_controller(
 
 
 def _known(vehicle: Vehicle) -> dict[str, np.ndarray]:
-    """Mass [kg] and inertia (3, 3) [kg m²] that are among the gains for a vehicle."""
+    """Return the mass [kg] and inertia (3, 3) [kg m²] that are among the gains for a vehicle."""
     found = hover(vehicle, GRAVITY)
     return {"mass": np.array(found.mass), "inertia": found.inertia}
 
 
-def _bandwidths(gains: Mapping[str, Any]) -> np.ndarray:
-    """The slowest of position, and of roll and pitch (..., 2) [rad/s], but for their integrals."""
+def _bandwidths(gains: Values) -> np.ndarray:
+    """Return the slowest of position, and of roll and pitch (..., 2) [rad/s], without integrals."""
     position = np.sqrt(np.asarray(gains["position"]) * np.asarray(gains["velocity"]))
     attitude = np.sqrt(np.asarray(gains["attitude"])[..., :2])
     return np.stack([position.min(axis=-1), attitude.min(axis=-1)], axis=-1)
 
 
-def _at_limits(gains: Mapping[str, Any], push: np.ndarray) -> dict[str, np.ndarray]:
-    """Which parts of pushes (runs, samples, numbers) are at limits; a free section has none."""
+def _at_limits(gains: Values, push: np.ndarray) -> dict[str, np.ndarray]:
+    """Return which parts of wrenches (runs, samples, numbers) are at limits, if they have any."""
     least, most = (np.atleast_1d(gains[f"{each}_thrust"])[:, None] for each in ("least", "most"))
     moment, bend = (np.atleast_2d(gains[each])[:, None] for each in ("most_moment", "bend_limit"))
     thrust, parts = np.linalg.norm(push[..., :3], axis=-1), np.abs(push)
@@ -168,7 +236,7 @@ def _at_limits(gains: Mapping[str, Any], push: np.ndarray) -> dict[str, np.ndarr
 def _limits(
     vehicle: Vehicle, tilt: Any, thrust: Any, moment: Any, speed: Any, bend: Any, bend_speed: Any
 ) -> dict[str, Any]:
-    """Limits by name, checked; None is none."""
+    """Return checked limits by name; None means no limit."""
     weight = vehicle.mass * GRAVITY
     able = _thrust_of(vehicle, weight) if thrust is None else thrust
     least_most = checks.vector("thrust", able, 2)
@@ -197,7 +265,7 @@ def _limits(
 
 
 def _thrust_of(vehicle: Vehicle, weight: float) -> tuple[float, float]:
-    """The least and the most thrust [N]: what the rotors have along z, or of the weight."""
+    """Return the least and the most thrust [N], from the rotors along z or from the weight."""
     least, rotors = 0.1 * weight, vehicle.uav.rotors
     if rotors is None:
         return least, 2.0 * weight
@@ -206,7 +274,7 @@ def _thrust_of(vehicle: Vehicle, weight: float) -> tuple[float, float]:
 
 
 def _lag(vehicle: Vehicle, given: Any) -> float:
-    """The rotors' lag [s]: as given, or the vehicle's slower one if it has rotors."""
+    """Return the rotors' lag [s], as given or the vehicle's slower one; 0 without rotors."""
     if given is None:
         rotors = vehicle.uav.rotors
         return 0.0 if rotors is None else float(np.maximum(*rotors.lags))
@@ -218,7 +286,7 @@ def _bandwidth(name: str, value: Any) -> float | None:
 
 
 def _bend_bandwidth(value: Any, sections: int) -> np.ndarray | None:
-    """One bandwidth of 0 or more for each section (sections,)."""
+    """Return one bandwidth of 0 or more for each section (sections,)."""
     if value is None:
         return None
     found = checks.row("bend_bandwidth", value, sections)
@@ -228,7 +296,7 @@ def _bend_bandwidth(value: Any, sections: int) -> np.ndarray | None:
 
 
 def _bends(vehicle: Vehicle, value: Any) -> np.ndarray:
-    """Rows (postures, 2 per section) of bends that the arms can have [1/m]."""
+    """Return bends as rows (postures, 2 per section) [1/m], checked to be possible."""
     found = checks.rows("bend", value, vehicle.layout.bends)
     for each in found:
         check_bend("bend", value, np.hypot(*bend_vectors(each).T), vehicle)
@@ -236,7 +304,7 @@ def _bends(vehicle: Vehicle, value: Any) -> np.ndarray:
 
 
 def _noise(given: Any) -> dict[str, float]:
-    """Standard deviations of all that is sensed, in order."""
+    """Return standard deviations of all measurements, in order."""
     given = {} if given is None else given
     if not isinstance(given, Mapping):
         raise InputError(f"noise is {shown(given)}; give numbers by name: {', '.join(_NOISE)}.")
@@ -249,7 +317,7 @@ def _noise(given: Any) -> dict[str, float]:
 
 
 _SIDEWAYS = 0.3
-"""Share of the largest thrust that is kept for pushing sideways when it must climb."""
+"""Share of the largest thrust reserved for horizontal force during a climb."""
 
 
 def _fed_by(feedforward: str) -> Callable[[LawCode], SimpleNamespace]:
@@ -263,15 +331,15 @@ def _fed_by(feedforward: str) -> Callable[[LawCode], SimpleNamespace]:
 
 
 LAWS = {name: _fed_by(name) for name in FEEDFORWARD}
-"""The law by what it feeds forward."""
+"""The law by its feedforward."""
 
 
 def cascade_parts(
     code: LawCode, more: Mapping[str, Any] | None = None, remembers: int = 0
 ) -> SimpleNamespace:
-    """Gains, and the functions that the cascade consists of.
+    """Return the gains and the functions of the cascade.
 
-    more: types of further gains by name; remembers: how many numbers more are remembered.
+    more: types of further gains by name; remembers: the number of further values in memory.
     """
     Real, Sense, Bends = code.Real, code.Sense, code.Bends
     vec3, quat, mat33, above = code.vec3, code.quat, code.mat33, code.above
@@ -357,7 +425,7 @@ def cascade_parts(
 
     @wp.func
     def washed_rate(sense: Sense, memory: Memory):
-        """The bend rates, late: what they have gained on these tells how the bends accelerate."""
+        """Low-pass filtered bend rates; the difference to them estimates the bend accelerations."""
         out = Bends()
         for j in range(bends):
             out[j] = above(memory[3], half, memory[4 + bends + j], sense.bend_rate[j])
@@ -381,7 +449,7 @@ def cascade_parts(
 
 
 def steering(code: LawCode, parts: SimpleNamespace, feedforward: str) -> Any:
-    """The function steer(sense, gains, flight, wanted, reference, rate, memory) -> push, memory.
+    """Return function steer(sense, gains, flight, wanted, reference, rate, memory) -> push, memory.
 
     reference, rate: of the bends' servos.
     """
@@ -445,7 +513,7 @@ def steering(code: LawCode, parts: SimpleNamespace, feedforward: str) -> Any:
 
 
 def _following(code: LawCode, parts: SimpleNamespace, steer: Any) -> SimpleNamespace:
-    """The law that follows set-points."""
+    """Return the law that follows set-points."""
     Sense, Flight = code.Sense, flight_code(code.numbers, code.tree).Flight
     Gains, Memory, SetPoint = parts.Gains, parts.Memory, parts.SetPoint
     reference_of, servo_rate = parts.reference_of, parts.servo_rate

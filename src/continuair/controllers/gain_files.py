@@ -1,4 +1,4 @@
-"""Gains of the paper's law in TOML files: what `design` makes them of, or the gains themselves."""
+"""Gains of the paper's law in TOML files: settings of `design`, or the gains themselves."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import inspect
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from continuair.controllers.controller import Controller
 from continuair.controllers.gains import design
@@ -23,16 +23,32 @@ _SERVOING = set(inspect.signature(servoing).parameters) - {"arms"}
 _GAINS = {"Kp", "Kd", "Cp", "Cd", "Cs", "points"}
 _RECORD = "record"
 
+Settings: TypeAlias = dict[str, Any]
+"""Keyword arguments of `design` and `servoing`."""
+
 
 @dataclass(frozen=True)
 class Gains:
-    """Settings of `design` and `servoing` by name, and where they are from."""
+    """Settings of the paper's law by name, as a gain file holds them.
+
+    Parameters
+    ----------
+    name : str
+        Name of the preset, or path of the file.
+    settings : dict
+        Keyword arguments of `design` and `servoing`.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or neither `bandwidth` nor `Kp` and `Kd` are given.
+    """
 
     name: str
-    settings: dict[str, Any]
+    settings: Settings
 
     def __post_init__(self) -> None:
-        # Without Kp a file can only mean a design, and its keys are told from those of one.
+        # Without Kp a file can only mean a design, and only its keys are known.
         known = sorted(_SERVOING if "Kp" in self.settings else _DESIGN | _SERVOING - _GAINS)
         for key in self.settings:
             if key not in known:
@@ -46,16 +62,32 @@ class Gains:
 
     @property
     def constant(self) -> bool:
-        """Whether the gains are those of the desired image throughout."""
+        """Whether the gains are constant, designed for the desired image."""
         return self.settings.get("gains", "constant") == "constant"
 
     @property
     def as_printed(self) -> bool:
-        """Whether the law is the one that the paper's proof speaks of: constant, no integral."""
+        """Whether the law is that of the paper's proof: constant gains, no integral."""
         return self.constant and not self.settings.get("integral")
 
     def controller(self, vehicle: Vehicle) -> Controller:
-        """The paper's law with these gains, designed for the vehicle if they give a bandwidth."""
+        """Return the paper's law with these gains.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            Vehicle for which the gains are designed, if a bandwidth is given.
+
+        Returns
+        -------
+        Controller
+            The controller of one run.
+
+        Raises
+        ------
+        InputError
+            If `design` or `servoing` refuses a setting.
+        """
         designing = {k: v for k, v in self.settings.items() if k in _DESIGN and k != "points"}
         if "bandwidth" not in designing:
             return servoing(**self.settings)
@@ -64,14 +96,27 @@ class Gains:
 
 
 def gain_presets() -> tuple[str, ...]:
-    """Names of the gains that come with the package."""
+    """Return the names of the gains that come with the package."""
     return _PRESETS.names()
 
 
 def load_gains(name_or_path: str | os.PathLike[str]) -> Gains:
-    """Gains of a preset or a TOML file; a table `record` in it is for its reader alone.
+    """Load gains of a preset or a TOML file.
 
-    Raises InputError.
+    Parameters
+    ----------
+    name_or_path : str or path-like
+        Name of a preset, or path of a TOML file. Its table `record`, if any, is ignored.
+
+    Returns
+    -------
+    Gains
+        The settings.
+
+    Raises
+    ------
+    InputError
+        If there is no such preset or file, or its content is not valid.
     """
     file, settings = _PRESETS.read(name_or_path)
     settings.pop(_RECORD, None)

@@ -2,59 +2,106 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal, NotRequired, TypedDict, cast
 
 import numpy as np
 
 from continuair import checks
-from continuair.controllers.carried import carried
-from continuair.controllers.current import CAP, current_gains
+from continuair.controllers.carried import Carried, carried
+from continuair.controllers.current import CAP, CurrentGains, current_gains
 from continuair.controllers.inertias import camera_inertia, camera_inertia_of
 from continuair.equations.camera import interaction_matrix
 from continuair.errors import InputError, shown
+from continuair.typing import ArrayLike
 from continuair.vehicle.vehicle import Vehicle
 
 GAINS = ("constant", "current")
-"""Made for the desired image, or anew for the image of now."""
+"""Designed for the desired image, or recomputed for the current image."""
 
 _UNSEEN = 5e-5
-"""What W has in the 2n - 6 directions that no camera motion reaches, which makes it definite, as a
-share of the least that it has in others."""
+"""W in the 2n - 6 directions that no camera motion reaches, over its least value in the others.
+
+It makes W definite."""
+
+
+class ServoingGains(TypedDict):
+    """Keyword arguments of `servoing` for its gains, as `design` returns them."""
+
+    Kp: np.ndarray | CurrentGains
+    Kd: np.ndarray | CurrentGains
+    Cp: float
+    Cd: np.ndarray | CurrentGains
+    Cs: float | np.ndarray
+    points: int
+    arms: NotRequired[Carried]
 
 
 def design(
     vehicle: Vehicle,
     bandwidth: float,
     *,
-    gains: str = "constant",
+    gains: Literal["constant", "current"] = "constant",
     damping_ratio: float = 1.0,
     conditioning: float = 1.5e-3,
     rate_gain: float = 1e-4,
     sliding: float = 1e-6,
-    desired: Any = None,
-    distance: Any = 2.0,
-    cap: Any = None,
+    desired: ArrayLike | None = None,
+    distance: ArrayLike = 2.0,
+    cap: ArrayLike | None = None,
     bend_rate: float | None = None,
-) -> dict[str, Any]:
-    """Gains Kp, Kd, Cp, Cd, Cs for `servoing`, that place the poles of the camera's motion.
+) -> ServoingGains:
+    """Design gains for `servoing` by placing the poles of the camera's motion.
 
-    bandwidth: ω [rad/s]; gains: "constant", made for the desired image, or "current", made anew at
-    every instant for the image that there is, for starts far off; damping_ratio: ζ; conditioning:
-    μ, a share of the best seen direction's gain, below which a direction gets a slower loop;
-    rate_gain: K_d = rate_gain W; sliding: C_s; desired: the image to reach (2n,), normalised, our
-    0.5 m square by default, as the paper prints none; distance: of its points along the camera's
-    axis [m], one for all or (n,), a target's `depths`; cap: of current gains, displacements of the
-    camera from where it is to be, a distance [m] and an angle [rad], 0.5 each by default, beyond
-    which errors pull no harder; bend_rate: of the loops that keep arms straight which are carried
-    along [rad/s], twice the bandwidth by default for a vehicle with [[arm]]. 0, and by default for
-    one with [arm], is the paper's law: its wrench bends the camera's arm. Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch), with a camera.
+    bandwidth : float
+        Bandwidth ω [rad/s].
+    gains : {"constant", "current"}, default "constant"
+        "constant": for the desired image. "current": recomputed at every update for the current
+        image, for starts far from the goal.
+    damping_ratio : float, default 1.0
+        Damping ratio ζ.
+    conditioning : float, default 1.5e-3
+        Share μ: directions whose singular value is below this share of the largest get a slower
+        loop.
+    rate_gain : float, default 1e-4
+        K_d = rate_gain W.
+    sliding : float, default 1e-6
+        C_s.
+    desired : array_like (2n,), optional
+        Desired image, normalised. Default: our square of 0.5 m, as the paper prints none.
+    distance : float or array_like (n,), default 2.0
+        Depths of the desired points [m], one for all or one each.
+    cap : array_like (2,), optional
+        For current gains: camera displacements, a distance [m] and an angle [rad], beyond which the
+        error's effect no longer grows. Default: 0.5 each.
+    bend_rate : float, optional
+        Bandwidth of the loops that keep the arms straight as the vehicle moves [rad/s]. 0: the
+        paper's law, whose wrench bends the camera's arm. Default: twice `bandwidth` for a vehicle
+        with [[arm]], 0 for one with [arm].
 
-    With Λ the inertia that the camera feels, all arms straight and frozen, L Λ^(-1/2) =
-    Σ s_i u_i v_iᵀ over the directions seen. K_p = ω² W = Σ ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ /
-    ω_i u_i u_iᵀ give direction i the poles of p² + 2 ζ ω_i p + ω_i², with ω_i = ω s_i² / (s_i² +
-    μ² s_1²). μ = 0 makes them all equal, and K_p = ω² (L⁺)ᵀ Λ L⁺; noise in the image then moves the
-    directions that it hardly determines. Current gains take s_1 of the desired image, too: pixels
-    are as noisy anywhere.
+    Returns
+    -------
+    ServoingGains
+        Keyword arguments of `servoing`: Kp, Kd, Cp, Cd, Cs, points, and arms if `bend_rate` is not
+        0.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, the desired image does not determine the camera's pose, or gains
+        are not finite.
+
+    Notes
+    -----
+    This design is ours; Amiri et al. (2026) print none. With Λ the inertia at the camera, all arms
+    straight and frozen, L Λ^(-1/2) = Σ s_i u_i v_iᵀ over the visible directions. K_p = ω² W = Σ
+    ω_i² / s_i² u_i u_iᵀ and C_d = Σ 2 ζ / ω_i u_i u_iᵀ give direction i the poles of p² + 2 ζ ω_i p
+    + ω_i², with ω_i = ω s_i² / (s_i² + μ² s_1²). μ = 0 makes all ω_i equal, and K_p = ω² (L⁺)ᵀ Λ
+    L⁺; image noise then moves the camera most along directions that the image hardly determines.
+    Current gains use s_1 of the desired image too, since pixel noise is the same anywhere.
     """
     # NumPy's powers of a number may be infinite, which is refused below; Python's raise.
     ω = np.float64(checks.positive("bandwidth", bandwidth))
@@ -74,13 +121,13 @@ def design(
         bend_rate = 2.0 * float(ω) if vehicle.has_arm_list else 0.0
     if checks.number("bend_rate", bend_rate, least=0.0, otherwise=" [rad/s]") > 0.0:
         found["arms"] = carried(vehicle, bend_rate)
-    return found
+    return cast(ServoingGains, found)
 
 
 def _constant(
     vehicle: Vehicle, L: np.ndarray, ω: Any, ζ: float, μ: float, share: float, distance: Any
 ) -> dict[str, np.ndarray]:
-    """Kp, Kd, Cd (2n, 2n) of `design`, or InputError."""
+    """Return Kp, Kd, Cd (2n, 2n) of `design`, or raise InputError."""
     Kp, Kd, Cd = _placed(camera_inertia(vehicle), L, ω, ζ, μ, share)
     if not np.isfinite([Kp, Kd, Cd]).all():
         raise InputError(
@@ -94,10 +141,10 @@ def _constant(
 def designs(
     vehicle: Vehicle, desired: np.ndarray, depths: np.ndarray, **settings: Any
 ) -> dict[str, Any]:
-    """Gains of `design` for many runs, (runs, …) each but Cp and points, of a vehicle or a batch.
+    """Return gains of `design` for many runs, (runs, …) each but Cp and points.
 
-    desired: (runs, 2n); depths: (runs, n); settings: those of `design` by name but distance,
-    checked, one for all or (runs,) each. Raises InputError.
+    vehicle: one or a batch; desired: (runs, 2n); depths: (runs, n); settings: those of `design` by
+    name except distance, checked, one for all or (runs,) each. Raises InputError.
     """
     runs = len(desired)
     each = {name: np.broadcast_to(value, runs) for name, value in settings.items()}
@@ -123,9 +170,10 @@ def _of_run(settings: dict[str, np.ndarray], run: Any) -> dict[str, Any]:
 def _placed(
     inertia: np.ndarray, L: np.ndarray, ω: Any, ζ: Any, μ: Any, share: Any
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Kp, Kd, Cd (..., 2n, 2n) of `design`; inertia: (..., 6, 6), L: (..., 2n, 6), rest (..., 1).
+    """Return Kp, Kd, Cd (..., 2n, 2n) of `design`.
 
-    They hold what is no number where numbers do not reach.
+    inertia: (..., 6, 6), L: (..., 2n, 6), rest: (..., 1). Results are not finite where they
+    overflow.
     """
     inertia, axes = np.linalg.eigh(inertia)
     whitened = L @ (axes / np.sqrt(inertia)[..., None, :]) @ axes.swapaxes(-1, -2)
@@ -144,7 +192,7 @@ def _placed(
 
 
 def _depths(distance: Any) -> float | np.ndarray:
-    """The distance of all points, or of each (n,), or InputError."""
+    """Return the depth of all points, or of each (n,), or raise InputError."""
     if checks.is_number(distance):
         return checks.positive("distance", distance)
     found = checks.finite_array(distance)
@@ -156,7 +204,7 @@ def _depths(distance: Any) -> float | np.ndarray:
 
 
 def _seen(desired: Any, depths: float | np.ndarray) -> np.ndarray:
-    """The interaction matrix (2n, 6) at the desired image, or InputError if it hides a motion."""
+    """Return the interaction matrix (2n, 6) at the desired image; refuse rank below 6."""
     if desired is None:
         if np.ndim(depths):
             raise InputError(
@@ -187,6 +235,6 @@ def _seen(desired: Any, depths: float | np.ndarray) -> np.ndarray:
     if np.linalg.matrix_rank(L) < 6:
         raise InputError(
             f"desired is {shown(desired)}, which does not determine the camera's pose; give at "
-            "least 4 points that are not on a line (3 suffice only off the singular cylinder)."
+            "least 4 points, not on a line (or 3 off the singular cylinder)."
         )
     return L

@@ -1,12 +1,11 @@
-"""Hold a position, an attitude and the bends: PD loops on each, with weight and spring carried.
+"""Hold a position, an attitude and the bends: PD loops with compensation of weight and spring.
 
-Weight and spring of sections that no loop holds are not carried: these hang free. The spring is
-carried at the bends to hold, and helps the loops elsewhere. Moments on the bends are the
-inertia of the straight arms times the accelerations of their loops: while the base rests, what one
-section's loop does moves no other section. Limits cut each number of the push by itself.
+Sections that no loop holds hang free: their weight and spring are not compensated. The spring is
+compensated at the desired bends, and adds to the loops elsewhere. Bend moments are the inertia of
+the straight arms times the desired accelerations. While the base rests, one section's loop moves no
+other section. Limits saturate each component of the actuator wrench separately.
 """
 
-from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,41 +14,68 @@ import warp as wp
 
 from continuair import checks
 from continuair.controllers.cascade_design import GRAVITY
-from continuair.controllers.controller import REACHED, Controller
+from continuair.controllers.controller import REACHED, Controller, Values
 from continuair.controllers.inertias import bend_inertia, rigid_inertia
 from continuair.device.types import room
 from continuair.errors import InputError, shown
 from continuair.kernels.sensing.sense import LawCode, gains_of
+from continuair.typing import ArrayLike
 from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.bending import check_bend
-from continuair.vehicle.vehicle import check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _NO_LIMIT = 1e30
 
 
 def hold(
-    vehicle: Any,
-    position: Any,
-    attitude: Any = (0.0, 0.0, 0.0, 1.0),
-    bend: Any = None,
+    vehicle: Vehicle,
+    position: ArrayLike,
+    attitude: ArrayLike = (0.0, 0.0, 0.0, 1.0),
+    bend: ArrayLike | None = None,
     *,
     rate: float = 3.0,
     attitude_rate: float = 8.0,
-    bend_rate: Any = 5.0,
-    force: Any = None,
-    moment: Any = None,
+    bend_rate: ArrayLike = 5.0,
+    force: ArrayLike | None = None,
+    moment: ArrayLike | None = None,
     bend_moment: float | None = None,
 ) -> Controller:
-    """Hold B's origin at a position (3,) [m], an attitude (x y z w) and the bend vectors [1/m].
+    """Make a controller that holds a position, an attitude and the bends.
 
-    bend: two numbers per section, arm by arm from the base out, below a full circle; 0 by default.
-    rate, attitude_rate, bend_rate: of the critically damped loops [rad/s], bend_rate one for all
-    sections or one each: beside it the arm's own spring acts, so that a stiff arm overshoots; 0
-    leaves a section free, as open-loop users want who look at what it does to the base.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    position : array_like (3,)
+        Position of B's origin, world axes [m].
+    attitude : array_like (4,), default (0, 0, 0, 1)
+        Quaternion x y z w, body to world.
+    bend : array_like (2 sections,), optional
+        Bend vectors, arm by arm from the base out, below a full circle [1/m]. Default: 0.
+    rate : float, default 3.0
+        Bandwidth of the critically damped position loop [rad/s].
+    attitude_rate : float, default 8.0
+        Bandwidth of the critically damped attitude loop [rad/s].
+    bend_rate : float or array_like (sections,), default 5.0
+        Bandwidth of the bend loops [rad/s], one for all sections or one each. The arm's spring adds
+        to it, so that a stiff arm overshoots. 0 leaves a section free, for open-loop studies of the
+        arm's reaction on the base.
+    force : float or array_like (3,), optional
+        Largest force along each world axis [N]. Default: no limit.
+    moment : float or array_like (3,), optional
+        Largest moment about each body axis [N m]. Default: no limit.
+    bend_moment : float, optional
+        Largest bend moment of each component [N m²]. Default: no limit.
 
-    Limits, of what is pushed to either side: force (3,) in world axes [N], moment (3,) in body axes
-    [N m], one number for all three or one each, and bend_moment [N m²]; none by default. `simulate`
-    warns of a hold that reaches them. Raises InputError.
+    Returns
+    -------
+    Controller
+        The controller of one run. `simulate` warns if it reaches its limits.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or the limits cannot carry the weight or the bend.
     """
     check_single_vehicle(vehicle)
     sections = [section for arm in vehicle.arms for section in arm.section]
@@ -67,8 +93,8 @@ def hold(
     }
     check_bend("bend", bend, np.linalg.norm(bend_vectors(settings["bend"]), axis=1), vehicle)
     per_coordinate = vehicle.layout.per_coordinate
-    held = np.broadcast_to(settings["bend_rate"], len(sections)) > 0.0
-    if settings["bend"][~per_coordinate(held)].any():
+    free = np.broadcast_to(settings["bend_rate"], len(sections)) <= 0.0
+    if settings["bend"][per_coordinate(free).astype(bool)].any():
         raise InputError(
             f"bend is {shown(bend)}, but bend_rate {shown(bend_rate)} leaves sections of it free; "
             "give a rate above 0 [rad/s], or zeros for these."
@@ -77,7 +103,7 @@ def hold(
     plant = {
         "mass": vehicle.mass,
         "inertia": rigid_inertia(vehicle)[3:, 3:],
-        # What the others do does not push a section that is free.
+        # Moments for the other sections do not act on a free one.
         "bend_inertia": np.where(per_coordinate(held)[:, None], bend_inertia(vehicle), 0.0),
         "stiffness": per_coordinate(np.where(held, stiffness, 0.0)),
     }
@@ -95,15 +121,15 @@ def hold(
     )
 
 
-def _at_limits(gains: Mapping[str, Any], push: np.ndarray) -> dict[str, np.ndarray]:
-    """Which parts of pushes (runs, samples, numbers) are at their limits."""
+def _at_limits(gains: Values, push: np.ndarray) -> dict[str, np.ndarray]:
+    """Return which parts of wrenches (runs, samples, numbers) are at their limits."""
     at = np.abs(push) >= REACHED * np.atleast_2d(gains["limit"])[:, None]
     parts = {"force": at[..., :3], "moment": at[..., 3:6], "bend moment": at[..., 6:]}
     return {name: each.any(-1) for name, each in parts.items()}
 
 
 def _limits(given: dict[str, Any], weight: float, held: np.ndarray) -> dict[str, Any]:
-    """Limits by name, checked; held: what the spring asks of each bend [N m²]."""
+    """Return checked limits by name; held: the moment that the spring needs at each bend [N m²]."""
     found: dict[str, Any] = {}
     for name, unit in (("force", "N"), ("moment", "N m")):
         value = given[name]
@@ -130,7 +156,7 @@ def _limits(given: dict[str, Any], weight: float, held: np.ndarray) -> dict[str,
 
 
 def _bend_rate(given: Any, sections: int) -> Any:
-    """Rates of 0 or more: one for all sections, or one each (sections,)."""
+    """Return rates of 0 or more: one for all sections, or one each (sections,)."""
     found = checks.finite_array(given)
     if found is None or found.shape != (sections,):
         each = f", or {sections} of them" if sections > 1 else ""
@@ -141,13 +167,13 @@ def _bend_rate(given: Any, sections: int) -> Any:
 
 
 def law(code: LawCode) -> SimpleNamespace:
-    """The law on the device."""
+    """Return the law on the device."""
     Gains = gains_of(_gains(code))
     return SimpleNamespace(Gains=Gains, control=_holding(code, Gains))
 
 
 def limited_law(code: LawCode) -> SimpleNamespace:
-    """The same within limits of the push."""
+    """Return the same law within limits of the wrench."""
     Gains = gains_of(_gains(code) | {"limit": code.Push})
     holding, Sense, numbers = _holding(code, Gains), code.Sense, 6 + code.bends
 
@@ -163,7 +189,7 @@ def limited_law(code: LawCode) -> SimpleNamespace:
 
 
 def _gains(code: LawCode) -> dict[str, Any]:
-    """The law's gains and their types."""
+    """Return the types of the law's gains."""
     return {
         "position": code.vec3,
         "attitude": code.quat,
@@ -179,7 +205,7 @@ def _gains(code: LawCode) -> dict[str, Any]:
 
 
 def _holding(code: LawCode, Gains: Any) -> Any:
-    """The push of (sense, gains)."""
+    """Return the function (sense, gains) of the actuator wrench."""
     Real, Sense, push, above = code.Real, code.Sense, code.push, code.above
     vec3, bends = code.vec3, code.bends
     two, zero, one = Real(2.0), Real(0.0), Real(1.0)

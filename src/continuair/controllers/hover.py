@@ -35,12 +35,12 @@ _STRAIGHT = 1e-6
 class Hover:
     """A vehicle that hovers level with straight arms, or with arms that are held bent.
 
-    mass [kg]; inertia (3, 3) about the common centre of mass, and moment (3,), its place times the
-    mass, body axes; M (6 + bends, 6 + bends) of velocity, angular velocity and bend rates, about B;
-    stiffness, damping (bends,) of the arms; weight (bends, bends): what their weight adds to the
-    stiffness; A (12 + 2 bends, …): of position, small turns, bends, and the rates of all of them;
-    B (…, 4 + bends): of thrust, moment and bend moments, with what rotors that lean push sideways
-    as they give them.
+    mass [kg]; inertia (3, 3) about the common centre of mass; moment (3,): mass times the centre of
+    mass, body axes [kg m]. M (6 + bends, 6 + bends): of velocity, angular velocity and bend rates,
+    about B. stiffness, damping (bends,): of the arms. weight (bends, bends): contribution of their
+    weight to the stiffness. A (12 + 2 bends, …): of position, small rotations, bends, and the rates
+    of all of them. B (…, 4 + bends): of thrust, moment and bend moments, with the side forces that
+    tilted rotors produce with them.
     """
 
     mass: float
@@ -61,7 +61,7 @@ class Hover:
 
     @property
     def free_bends(self) -> Array:
-        """Inertia (bends, bends) of the bends while the vehicle recoils freely [kg m⁴]."""
+        """Inertia (bends, bends) of the bends while the vehicle reacts freely [kg m⁴]."""
         coupled = self.M[6:, :6]
         return self.M[6:, 6:] - coupled @ np.linalg.solve(self.M[:6, :6], coupled.T)
 
@@ -69,8 +69,10 @@ class Hover:
 # Many controllers are made for one vehicle.
 @lru_cache(maxsize=64)
 def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = None) -> Hover:
-    """The linear system of a vehicle of one run, its arms held at bends (2 per section) [1/m],
-    straight by default."""
+    """Return the linear system of a vehicle of one run.
+
+    Its arms are held at bends (2 per section) [1/m], straight by default.
+    """
     held = np.zeros(vehicle.layout.bends) if bend is None else np.array(bend)
     M = held_inertia(vehicle, bend_vectors(held))
     n, mass = len(M) - 6, float(M[0, 0])
@@ -101,8 +103,10 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
 
 
 def _sideways(vehicle: Vehicle) -> Array:
-    """Side forces (2, 4) of the rotors for a unit of thrust and of each moment; 0 of upright ones,
-    and of those that can hold a wrench without."""
+    """Return the side forces (2, 4) of the rotors per unit of thrust and of each moment.
+
+    They are 0 for upright rotors, and for rotors that can produce any wrench without them.
+    """
     rotors = vehicle.uav.rotors
     if rotors is None:
         return np.zeros((2, 4))
@@ -110,8 +114,10 @@ def _sideways(vehicle: Vehicle) -> Array:
 
 
 def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
-    """Bends (2 per section) [1/m] at which the sections that are free (sections,) rest under
-    their weight, the others held straight; straight where no stable rest is found."""
+    """Return bends (2 per section) [1/m] at which free sections rest under their weight.
+
+    The others are held straight. All are straight if no stable equilibrium is found.
+    """
     level, stiffness = unbounded(vehicle), _stiffness(vehicle)
     lengths, moving = _lengths(vehicle), vehicle.layout.per_coordinate(free)
     bend = np.zeros(len(lengths))
@@ -132,14 +138,14 @@ def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
 
 
 def _lengths(vehicle: Vehicle) -> Array:
-    """Of the section of each bend coordinate [m]."""
+    """Return the length of the section of each bend coordinate [m]."""
     return vehicle.layout.per_coordinate(
         [each.length for arm in vehicle.arms for each in arm.section]
     )
 
 
 def _stiffness(vehicle: Vehicle) -> Array:
-    """Of each bend coordinate [N m³]."""
+    """Return the stiffness of each bend coordinate [N m³]."""
     sections = (each for arm in vehicle.arms for each in arm.section)
     return vehicle.layout.per_coordinate(
         [each.bending_stiffness * each.length for each in sections]
@@ -147,7 +153,7 @@ def _stiffness(vehicle: Vehicle) -> Array:
 
 
 def _height(level: Vehicle, bend: Array) -> float:
-    """Σ m z of the level vehicle at bends (bends,)."""
+    """Return Σ m z of the level vehicle at bends (bends,)."""
     pairs = bend_vectors(bend)
     kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / bend_vectors(_lengths(level))[:, 0])
     polar = np.column_stack([kappa, np.arctan2(pairs[:, 1], pairs[:, 0])])
@@ -155,14 +161,14 @@ def _height(level: Vehicle, bend: Array) -> float:
 
 
 def _height_slope(level: Vehicle, bend: Array) -> Array:
-    """Slopes (bends,) of Σ m z by the bend vectors, at bends (bends,)."""
+    """Return the first derivatives (bends,) of Σ m z by the bend vectors, at bends (bends,)."""
     steps = np.diag(_SMALL_TURN / _lengths(level))
     both = [_height(level, bend + each) - _height(level, bend - each) for each in steps]
     return np.array(both) / (2.0 * np.diag(steps))
 
 
 def _height_slopes(level: Vehicle, bend: Array) -> Array:
-    """Second slopes (bends, bends) of Σ m z by the bend vectors, at bends (bends,)."""
+    """Return second derivatives (bends, bends) of Σ m z by the bend vectors, at bends (bends,)."""
     lengths = _lengths(level)
     n = len(lengths)
 

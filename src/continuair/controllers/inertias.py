@@ -1,4 +1,4 @@
-"""Inertias that controllers are tuned by, of vehicles whose arms are straight or held bent."""
+"""Inertias for the design of controllers, of vehicles with straight or bent arms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,23 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
 def rigid_inertia(vehicle: Vehicle) -> np.ndarray:
-    """Inertia (6, 6) of the vehicle with its arms frozen straight, about B's origin, body axes."""
+    """Return the inertia of the vehicle with its arms frozen straight.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+
+    Returns
+    -------
+    array (6, 6)
+        Spatial inertia (linear, then angular) about B's origin, body axes [kg, kg m, kg m²].
+
+    Raises
+    ------
+    InputError
+        If `vehicle` is a batch.
+    """
     return _rigid_inertia(check_single_vehicle(vehicle))
 
 
@@ -29,8 +45,7 @@ def _lengths(vehicle: Vehicle) -> np.ndarray:
 
 
 def _of_polar(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
-    """M (coordinates, coordinates) of the level vehicle with bends (sections, 2) [1/m] of which
-    none is 0, κ_s off."""
+    """Return M of the level vehicle with bends (sections, 2) [1/m], none of them 0, κ_s off."""
     q = np.zeros(vehicle.layout.coordinates)
     kappa, psi = polar_of(q)
     kappa[:], psi[:] = np.hypot(*bend.T), np.arctan2(*bend.T[::-1])
@@ -38,7 +53,7 @@ def _of_polar(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
 
 
 def bend_inertia(vehicle: Vehicle) -> np.ndarray:
-    """Inertia (bends, bends) of the straight arms' bend vectors, the base fixed [kg m⁴]."""
+    """Return the inertia (bends, bends) of the straight arms' bend vectors, base fixed [kg m⁴]."""
     check_single_vehicle(vehicle)
     if not vehicle.has_arm_list:
         return float(vehicle.arm.straight_modal_mass) * np.eye(2)
@@ -46,13 +61,15 @@ def bend_inertia(vehicle: Vehicle) -> np.ndarray:
 
 
 def straight_inertia(vehicle: Vehicle) -> np.ndarray:
-    """M (coordinates, coordinates) of the level vehicle with straight arms, about B's origin: for
-    velocity, angular velocity and the rates of the bend vectors."""
+    """Return M (coordinates, coordinates) of the level, straight vehicle, about B's origin.
+
+    Its rows are those of velocity, angular velocity and the rates of the bend vectors.
+    """
     return held_inertia(vehicle, np.zeros((vehicle.sections, 2)))
 
 
 def held_inertia(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
-    """`straight_inertia` of arms that are held at bends (sections, 2) [1/m]."""
+    """Return `straight_inertia` for arms that are held at bends (sections, 2) [1/m]."""
     # As much to both sides, as what is linear in the angle is opposite there: straight to 1e-8,
     # and with as many digits of 1 - cos.
     aside = np.outer(1e-4 / _lengths(vehicle), [1.0, 0.0])
@@ -70,8 +87,7 @@ def held_inertia(vehicle: Vehicle, bend: np.ndarray) -> np.ndarray:
 
 
 def camera_inertia(vehicle: Vehicle) -> np.ndarray:
-    """Λ (6, 6): inertia that a camera at its arm's tip feels, in its axes, with all arms straight
-    and frozen."""
+    """Return Λ (6, 6), the inertia at the camera in its axes, with all arms straight and frozen."""
     return camera_inertia_of(check_single_vehicle(vehicle))
 
 

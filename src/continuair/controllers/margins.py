@@ -1,7 +1,7 @@
-"""Whether a flight controller's loop around the hovering vehicle is stable, and how late it may be.
+"""Stability of a flight controller's loop around the hovering vehicle, and its delay margin.
 
-The loop is sampled: pushes are held for a period and act after a latency, and rotors follow them
-with a lag of first order. Its poles are those of the exact discrete system.
+The loop is sampled: actuator wrenches are held for a period and act after a latency, and rotors
+follow them with a lag of first order. Its poles are those of the exact discrete system.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ them, as its phase turns by, is missed."""
 class LinearLoop:
     """A flight controller around a hovering vehicle.
 
-    gains: of controllers/flight.py by name; feedforward: one of FEEDFORWARD; lag: of the rotors.
+    gains: of controllers/flight.py by name; feedforward: one of FEEDFORWARD; lag: of the rotors
+    [s].
     """
 
     def __init__(
@@ -42,7 +43,7 @@ class LinearLoop:
         self.K, self.memory = _law(hover, gains, feedforward)
 
     def matrix(self, latency: float) -> Array:
-        """The step from one instant to the next of state, actuators, memory and late pushes."""
+        """Return the step of state, actuators, memory and delayed wrenches over one sample."""
         late, n, m = int(latency / self.period + 1e-9), *self.B.shape
         rest = max(0.0, latency - late * self.period)
         through, first, second = self._held(rest)
@@ -52,7 +53,7 @@ class LinearLoop:
         own = np.r_[:width, n:known]
         push = np.zeros((m, size))
         push[:, own] = self.K
-        # What acts in the first part of a period, and in the rest of it.
+        # Wrenches that act in the first part of a period, and in the rest of it.
         queue = [push, *(np.eye(m, size, known + m * k) for k in range(late + 1))]
         found = np.zeros((size, size))
         found[:n, :n] = through
@@ -63,17 +64,19 @@ class LinearLoop:
         return found
 
     def growth(self, latency: float) -> float:
-        """The rate [1/s] at which the loop's slowest decay goes, or its fastest growth."""
+        """Return the growth rate of the loop's least stable mode [1/s], negative if it decays."""
         radius = np.abs(np.linalg.eigvals(self.matrix(latency))).max()
         return float(np.log(radius) / self.period)
 
     def stable(self, latency: float) -> bool:
-        """Whether nothing grows."""
+        """Return whether no mode grows."""
         return self.growth(latency) <= STEADY
 
     def longest_latency(self, latency: float = 0.0) -> float:
-        """The latency up to which the loop is stable [s], from none on; negative where it is not
-        even without any. At most 0.25, or half as much again as the one that there is."""
+        """Return the latency up to which the loop is stable [s], at most max(0.25, 1.5 latency).
+
+        It is negative if the loop is unstable without latency.
+        """
         most = max(_LONGEST, 1.5 * latency)
         if not self.stable(0.0):
             return -1.0
@@ -88,7 +91,7 @@ class LinearLoop:
         return low
 
     def _held(self, rest: float) -> tuple[Array, Array, Array]:
-        """Φ of a period, and Γ of a push that acts in its first `rest` seconds, and after them."""
+        """Return Φ of a period, and Γ of an input in its first `rest` seconds, and after them."""
         n, m = self.B.shape
         both = np.zeros((n + m, n + m))
         both[:n, :n], both[:n, n:] = self.A, self.B
@@ -97,7 +100,7 @@ class LinearLoop:
 
 
 def _with_lag(hover: Hover, lag: float) -> tuple[Array, Array]:
-    """A and B with the rotors' lag of thrust and moment."""
+    """Return A and B with the rotors' lag of thrust and moment."""
     if lag == 0.0:
         return hover.A, hover.B
     n, m = hover.B.shape
@@ -109,8 +112,11 @@ def _with_lag(hover: Hover, lag: float) -> tuple[Array, Array]:
 
 
 def _law(hover: Hover, gains: Mapping[str, Any], feedforward: str) -> tuple[Array, Array]:
-    """The law about hover: pushes (4 + bends, …) and the memory's next value (3 + bends, …) of the
-    state and of the memory, the integral and the late bend rates."""
+    """Return the law about hover, as matrices on the state and the memory.
+
+    They give wrenches (4 + bends, …) and the next memory (3 + bends, …): the integral and the
+    low-pass filtered bend rates.
+    """
     n, m, g = hover.bends, hover.mass, hover.gravity
     states = np.eye(15 + 3 * n)
     p, turn, b = states[:3], states[3:6], states[6 : 6 + n]

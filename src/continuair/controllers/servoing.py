@@ -1,15 +1,15 @@
 """DPD-SM-IBVS, the paper's law, Eqs. (15) and (16): τ = G + J_Lᵀ (K_p e_a - K_d J_L q̇).
 
 e_a = C_d ė + C_p e + C_s tanh(e/σ), e = s_d - s, ė = -L (v_c - v_t), J_L = L J_c. The image is in
-normalised coordinates, L at the image and the depths that the camera reports, v_t the target's
+normalised coordinates, L is computed from the measured image and depths, and v_t is the target's
 true twist in camera axes. Where the paper prints T_a⁻¹ in J_L, the rotation into camera axes
-belongs. Named choices, with what is printed last: damping "camera" (on J_L q̇ = L v_c, printed) or
+belongs. Named choices, with the printed one last: damping "camera" (on J_L q̇ = L v_c, printed) or
 "feature" (on -ė); feed_forward False or True (printed); compensation "gravity_only" or "literal".
 """
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import warp as wp
@@ -20,6 +20,7 @@ from continuair.controllers.controller import Controller, definite, gain_matrix,
 from continuair.controllers.current import CurrentGains, current_fields, current_wrench
 from continuair.errors import InputError, shown
 from continuair.kernels.sensing.sense import LawCode, gains_of
+from continuair.typing import ArrayLike
 
 _MOST_POINTS = 100
 
@@ -30,32 +31,70 @@ CHOICES = {
 
 
 def servoing(
-    Kp: Any,
-    Kd: Any,
-    Cp: Any = 1.0,
-    Cd: Any = 1.0,
-    Cs: Any = 1e-6,
+    Kp: ArrayLike | CurrentGains,
+    Kd: ArrayLike | CurrentGains,
+    Cp: ArrayLike = 1.0,
+    Cd: ArrayLike | CurrentGains = 1.0,
+    Cs: ArrayLike = 1e-6,
     sigma: float = 1e-3,
     *,
     points: int = 4,
-    damping: str = "camera",
+    damping: Literal["camera", "feature"] = "camera",
     feed_forward: bool = True,
-    compensation: str = "gravity_only",
+    compensation: Literal["gravity_only", "literal"] = "gravity_only",
     posture_damping: float = 0.0,
     integral: float = 0.0,
     arms: Carried | None = None,
 ) -> Controller:
-    """The paper's controller, Eqs. (15) and (16), for `points` feature points.
+    """Make the paper's controller.
 
-    Kp, Kd, Cp, Cd, Cs: scalars, diagonals (2 points,) or matrices (2 points, 2 points), symmetric
-    positive definite, or all what `design` gives with gains="current"; sigma: width of tanh,
-    normalised image. compensation: "gravity_only" leaves the arm its spring, "literal" cancels the
-    elastic force too, as the printed G does. posture_damping: a moment against the bend rate
-    [N m³ s], for the two joint directions that the image does not see. integral: rate [1/s] at
-    which the error, summed up over time while no point is farther than 0.1 off, adds to it, so that
-    a steady force leaves none; below the bandwidth of the slowest direction. arms: what `design`
-    gives for a vehicle with [[arm]]; with it they are carried along, our law and not the paper's.
-    Raises InputError.
+    Parameters
+    ----------
+    Kp : array_like or CurrentGains
+        K_p: a scalar, a diagonal (2 points,) or a matrix (2 points, 2 points), symmetric positive
+        definite; or as `design` returns it with ``gains="current"``.
+    Kd : array_like or CurrentGains
+        K_d, likewise.
+    Cp : array_like, default 1.0
+        C_p, likewise; 1 with current gains.
+    Cd : array_like or CurrentGains, default 1.0
+        C_d, likewise.
+    Cs : array_like, default 1e-6
+        C_s, likewise; a scalar with current gains.
+    sigma : float, default 1e-3
+        Width σ of tanh, in the normalised image.
+    points : int, default 4
+        Number of feature points.
+    damping : {"camera", "feature"}, default "camera"
+        Damping on J_L q̇ = L v_c, as printed, or on -ė.
+    feed_forward : bool, default True
+        Whether ė contains the target's motion, as printed.
+    compensation : {"gravity_only", "literal"}, default "gravity_only"
+        "gravity_only" compensates gravity; "literal" also the elastic force, as in the printed G.
+    posture_damping : float, default 0.0
+        Moment against the bend rate [N m³ s], for the two joint directions that do not change the
+        image.
+    integral : float, default 0.0
+        Rate at which the integrated error adds to the error [1/s], so that a constant force leaves
+        no steady error. It integrates while no point is farther than 0.1 from its goal. Choose it
+        below the bandwidth of the slowest direction.
+    arms : Carried, optional
+        As `design` returns it for a vehicle with [[arm]]: moments that keep the arms straight as
+        the vehicle moves. This extension is ours, not the paper's.
+
+    Returns
+    -------
+    Controller
+        The controller of one run.
+
+    Raises
+    ------
+    InputError
+        If a gain is not symmetric positive definite or not of this size, or a choice is unknown.
+
+    Notes
+    -----
+    Eqs. (15) and (16) of Amiri et al. (2026).
     """
     chosen = {"damping": damping, "compensation": compensation}
     for name, value in chosen.items():
@@ -92,20 +131,20 @@ def servoing(
 
 
 def _carrying(arms: Any) -> dict[str, Any]:
-    """The fields that the laws have besides for arms that are carried along."""
+    """Return the laws' additional fields for arms that follow the vehicle."""
     if not isinstance(arms, Carried):
-        raise InputError(f"arms is {shown(arms)}; give what design(vehicle, ...) returns, or None.")
+        raise InputError(f"arms is {shown(arms)}; give arms of design(vehicle, ...), or None.")
     return {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}
 
 
 def _constant(given: dict[str, Any], size: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The fields that the law has for its gains, and what provenance keeps of them."""
+    """Return the law's fields for its gains, and their provenance."""
     matrices = {name: gain_matrix(name, value, size) for name, value in given.items()}
     return matrices, matrices
 
 
 def _of_the_image(given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The same for gains that follow the image of now."""
+    """Return the same for gains that are recomputed for the current image."""
     made = given["Kp"]
     if not (given["Kd"] is made and given["Cd"] is made):
         raise InputError(
@@ -121,8 +160,10 @@ def _of_the_image(given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]
 def servoings(
     gains: Mapping[str, Any], posture_damping: np.ndarray, integral: float = 0.0
 ) -> Controller:
-    """`servoing` for a batch, of gains that `designs` gives; posture_damping: (runs,), integral one
-    for all."""
+    """Return `servoing` for a batch, with the gains of `designs`.
+
+    posture_damping: (runs,); integral: one for all.
+    """
     own = {name: definite(name, gains[name]) for name in ("Kp", "Kd", "Cd", "Cs")}
     first = servoing(
         **{name: rows[0] for name, rows in own.items()},
@@ -136,7 +177,7 @@ def servoings(
 
 
 def law(code: LawCode) -> SimpleNamespace:
-    """The law on the device."""
+    """Return the law on the device."""
     Gains = gains_of(constant_gains(code) | choices(code))
     return SimpleNamespace(
         Gains=Gains, control=camera_control(code, Gains, camera_wrench(code, Gains))
@@ -144,7 +185,7 @@ def law(code: LawCode) -> SimpleNamespace:
 
 
 def carrying_law(code: LawCode) -> SimpleNamespace:
-    """The same on a vehicle whose arms are carried along, ours and not the paper's."""
+    """Return the law for a vehicle whose arms are kept straight; ours, not the paper's."""
     Gains = gains_of(constant_gains(code) | choices(code) | carrying_gains(code))
     return SimpleNamespace(
         Gains=Gains, control=carrying_control(code, Gains, camera_wrench(code, Gains))
@@ -152,7 +193,7 @@ def carrying_law(code: LawCode) -> SimpleNamespace:
 
 
 def current_law(code: LawCode) -> SimpleNamespace:
-    """The law with gains that follow the image of now."""
+    """Return the law with gains that are recomputed for the current image."""
     Gains = gains_of(current_fields(code) | choices(code))
     return SimpleNamespace(
         Gains=Gains, control=camera_control(code, Gains, current_wrench(code, Gains))
@@ -160,7 +201,7 @@ def current_law(code: LawCode) -> SimpleNamespace:
 
 
 def carrying_current_law(code: LawCode) -> SimpleNamespace:
-    """The same on a vehicle whose arms are carried along."""
+    """Return the law with current gains for a vehicle whose arms are kept straight."""
     Gains = gains_of(current_fields(code) | choices(code) | carrying_gains(code))
     return SimpleNamespace(
         Gains=Gains, control=carrying_control(code, Gains, current_wrench(code, Gains))
@@ -168,18 +209,18 @@ def carrying_current_law(code: LawCode) -> SimpleNamespace:
 
 
 def constant_gains(code: LawCode) -> dict[str, Any]:
-    """The law's gains and their types."""
+    """Return the types of the law's gains."""
     return dict.fromkeys(("Kp", "Kd", "Cp", "Cd", "Cs"), code.ImageGain)
 
 
 def choices(code: LawCode) -> dict[str, Any]:
-    """What else it is given, whatever its gains: σ, named choices and a damping of the posture."""
+    """Return the types of its other fields: σ, named choices and the posture damping."""
     names = ("sigma", "feed_forward", "on_feature_rate", "spring", "posture")
     return dict.fromkeys(names, code.Real)
 
 
 def camera_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:
-    """The push of (sense, gains): weight, spring, what a wrench on the camera does, and damping."""
+    """Return the wrench as a function of (sense, gains): weight, spring, camera and damping."""
     Sense, push, camera_push, vec3 = code.Sense, code.push, code.camera_push, code.vec3
 
     @wp.func
@@ -192,7 +233,7 @@ def camera_control(code: LawCode, Gains: Any, wrench_of: Any) -> Any:
 
 
 def camera_wrench(code: LawCode, Gains: Any) -> Any:
-    """Lᵀ (K_p e_a - K_d L v_c), the law's wrench on the camera, as a function of (sense, gains)."""
+    """Return the camera wrench Lᵀ (K_p e_a - K_d L v_c) as a function of (sense, gains)."""
     Image, Sense, interaction = code.Image, code.Sense, code.interaction
     rows, tanh = 2 * code.points, code.tanh
 

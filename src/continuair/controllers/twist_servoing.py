@@ -1,17 +1,18 @@
 """Visual servoing of a vehicle that must tilt to move: a cascade on twists over the flight law.
 
-The camera is to move by v = λ (LᵀL + c² tr(LᵀL) 1)⁻¹ Lᵀ e, besides the target's own twist: as by
-L⁺, but slower the less the image shows of a direction. Of what moves it a vehicle with parallel
-rotors holds position, yaw and bends, ζ = (velocity, yaw rate, bend rates), while roll and
-pitch serve the thrust: ζ = W Jᵀ (J W Jᵀ + μ² 1)⁻¹ v with J its columns of the camera's Jacobian.
-The velocity and the yaw, integrated, are set-points of the flight law (controllers/flight.py); the
-bend rates move the servos' references. A velocity above its limit slows all of ζ by one factor.
+The desired twist of the camera is v = λ (LᵀL + c² tr(LᵀL) 1)⁻¹ Lᵀ e, plus the target's own twist.
+It approximates L⁺, with slower motion along directions that the image determines poorly. A vehicle
+with parallel rotors controls position, yaw and bends, ζ = (velocity, yaw rate, bend rates), while
+roll and pitch serve the thrust: ζ = W Jᵀ (J W Jᵀ + μ² 1)⁻¹ v with J its columns of the camera's
+Jacobian. The velocity and the integrated yaw are set-points of the flight law
+(controllers/flight.py); the bend rates move the servos' references. A velocity above its limit
+scales all of ζ by one factor.
 """
 
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import warp as wp
@@ -20,32 +21,55 @@ from continuair import checks
 from continuair.controllers.controller import Controller
 from continuair.controllers.definite import definite_code
 from continuair.controllers.feeding import FEEDFORWARD
-from continuair.controllers.flight import cascade_parts, flight_controller, steering
+from continuair.controllers.flight import FlightChoices, cascade_parts, flight_controller, steering
 from continuair.device.types import device_types
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.sense import LawCode
+from continuair.vehicle.vehicle import Vehicle
 
 
 def twist_servoing(
-    vehicle: Any,
+    vehicle: Vehicle,
     servo: float = 0.5,
     *,
     speed: float = 0.3,
     conditioning: float = 0.03,
     feed_forward: bool = True,
-    **choices: Any,
+    **choices: Unpack[FlightChoices],
 ) -> Controller:
-    """Image-based servoing of a vehicle that must tilt to move, such as a quadrotor.
+    """Make an image-based servoing law for a vehicle that must tilt to move, such as a quadrotor.
 
-    The camera's twist v = λ L⁺ e becomes set-points of velocity, yaw and bends for a flight
-    controller. servo: λ [1/s], well below the bandwidths of that; speed: the largest velocity that
-    is asked for [m/s], which tilts the camera the more the larger it is; conditioning: directions
-    of which the image shows less than this share come home more slowly, as noise moves them most;
-    feed_forward: add the target's twist to v; choices: the others of `flight_controller`.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch), with a camera.
+    servo : float, default 0.5
+        Gain λ of v = λ L⁺ e [1/s]; choose it well below the bandwidths of the flight controller.
+    speed : float, default 0.3
+        Largest commanded velocity [m/s]. Larger values tilt the camera more.
+    conditioning : float, default 0.03
+        Directions whose singular value is below this share converge more slowly, as noise moves
+        them most.
+    feed_forward : bool, default True
+        Whether to add the target's twist to v.
+    **choices
+        Other keyword arguments of `flight_controller`.
 
-    Sections whose bend_bandwidth is 0 are not moved; the others move as fast as the twist asks for,
-    whatever theirs. Positions are not asked for, nor their noise. Set-points of the scenario are
-    refused. Raises InputError.
+    Returns
+    -------
+    Controller
+        A guided controller that turns the twist into set-points of velocity, yaw and bends.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or `flight_controller` raises it.
+
+    Notes
+    -----
+    Sections whose bend_bandwidth is 0 do not move. The others move as fast as the twist needs,
+    whatever their bandwidth. The law uses no position measurement, so its noise has no effect.
+    `simulate` raises InputError for a scenario with set-points.
     """
     rate, ahead, share = (
         checks.positive("servo", servo, " [1/s]"),
@@ -93,11 +117,11 @@ def _by_twists(feedforward: str) -> Callable[[LawCode], SimpleNamespace]:
 
 
 LAWS = {name: _by_twists(name) for name in FEEDFORWARD}
-"""The law by what its flight law feeds forward."""
+"""The law by the feedforward of its flight law."""
 
 
 def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
-    """The function that gives ζ, of (sense, gains)."""
+    """Return the function that gives ζ, of (sense, gains)."""
     Real, Twist, Sense, vec3, bends = code.Real, code.Twist, code.Sense, code.vec3, code.bends
     Gains, interaction, camera_push, above = (
         parts.Gains, code.interaction, code.camera_push, code.above,
@@ -125,7 +149,7 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
 
     @wp.func
     def columns(sense: Sense):
-        """J: its rows are what pushes a unit wrench on the camera would be."""
+        """J: its rows are the actuator wrenches of unit wrenches on the camera."""
         out = Columns()
         up = wp.quat_rotate_inv(sense.attitude, vec3(zero, zero, one))
         for i in range(6):
@@ -160,7 +184,7 @@ def _wanted(code: LawCode, parts: SimpleNamespace) -> Any:
 
 
 def _servoed(code: LawCode, parts: SimpleNamespace, wanted_of: Any, steer: Any) -> SimpleNamespace:
-    """The law that does what is wanted of the camera."""
+    """Return the law that makes the camera follow the wanted twist."""
     Real, Sense, Bends, vec3, bends = code.Real, code.Sense, code.Bends, code.vec3, code.bends
     Flight, above, angle_of = flight_code(code.numbers, code.tree).Flight, code.above, code.angle_of
     Gains, Memory, SetPoint = parts.Gains, parts.Memory, parts.SetPoint

@@ -1,4 +1,4 @@
-"""Number types of device code, for single runs and packs of runs, and the types built from them."""
+"""Number types of device code, for single runs and packs of runs, and types built from them."""
 
 from continuair import lazy
 

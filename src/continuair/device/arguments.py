@@ -1,4 +1,4 @@
-"""Structs of the kernels' arguments that are the same for single runs and for packs of them."""
+"""Structs of kernel arguments that are the same for single runs and for packs."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -11,7 +11,7 @@ from continuair.device.numbers import holding
 
 @dataclass(frozen=True)
 class Arguments:
-    """Structs: where runs begin, the steps that they take, and what acts on them."""
+    """Structs of initial conditions, steps and inputs."""
 
     Start: Any
     Steps: Any
@@ -20,13 +20,16 @@ class Arguments:
 
 @cache
 def arguments(precision: str) -> Arguments:
-    """The structs for one precision."""
+    """Return the structs for one precision."""
     Cell = getattr(wp, precision)
 
     @wp.struct
     class Start:
-        """states (runs, 1, state); frozen, the same or what `independent` freezes; angle (runs,
-        sections + 3), ψa of each section, roll, pitch and yaw."""
+        """Initial conditions.
+
+        states (runs, 1, state); frozen: the same, or the states that the model "independent"
+        freezes; angle (runs, sections + 3): ψa of each section, roll, pitch and yaw.
+        """
 
         states: wp.array3d(dtype=Cell)
         frozen: wp.array3d(dtype=Cell)
@@ -34,7 +37,7 @@ def arguments(precision: str) -> Arguments:
 
     @wp.struct
     class Steps:
-        """Starts and lengths of the steps, and the sample that a step ends at, or -1."""
+        """Starts and lengths of the steps, and the sample at the end of each step, or -1."""
 
         starts: wp.array(dtype=Cell)
         lengths: wp.array(dtype=Cell)
@@ -42,7 +45,7 @@ def arguments(precision: str) -> Arguments:
 
     @wp.struct
     class Drive:
-        """What acts: inputs (rows, runs or 1, inputs), rows per step (3 or 0), groups in use."""
+        """Inputs (rows, runs or 1, inputs), rows per step (3 or 0), groups in use and gravity."""
 
         inputs: wp.array3d(dtype=Cell)
         stride: wp.int32

@@ -1,9 +1,8 @@
-"""Numbers with their derivatives along several directions, as C++; see device/numbers.py.
+"""Dual numbers in C++: values with several directional derivatives; see device/numbers.py.
 
-A dual number is x + ε x', and each operation keeps both by the rules of differentiation: what
-device code computes comes with its derivatives, to rounding, whatever loops and choices it takes.
-As packs do, dual numbers take the name of Warp's bfloat16; where those read runs, these read
-directions.
+A dual number is x + ε x'. Operations follow the rules of differentiation, so that device code
+computes derivatives to rounding, through loops and selections. Like packs, dual numbers replace
+Warp's bfloat16 by name; indices of runs become indices of directions.
 """
 
 from typing import Any
@@ -69,11 +68,11 @@ template <typename T> inline void read_duals(dual* to, const T* at, int count) {
 
 
 def numbers_of_duals(precision: str, lanes: int) -> dict[str, Any]:
-    """The parts of a NumberCode, of one run and so many directions at once, from `run` on.
+    """Return the parts of a NumberCode for one run and `lanes` directions, from `run` on.
 
-    Columns of inputs are directions: `of_row` gives each a derivative of 1 along its own. Readers
-    of structs and tables read values that each stand before their derivatives, block by block of
-    directions. `keep` and `keep_of_run` write derivatives alone, a row per direction.
+    Columns of inputs are directions: `of_row` returns each with a derivative of 1 along its own.
+    Readers of structs and tables read each value followed by its derivatives, in blocks of
+    directions. `keep` and `keep_of_run` write derivatives only, one row per direction.
     """
     Cell, Real, number = getattr(wp, precision), wp.bfloat16, BITS[precision]
 
@@ -114,11 +113,11 @@ def numbers_of_duals(precision: str, lanes: int) -> dict[str, Any]:
     def keep_of_run(cells: wp.array2d(dtype=Cell), run: int, column: int, x: Real): ...
 
     def rows_of(Struct: Any) -> Any:
-        """(blocks, numbers times 1 + lanes)."""
+        """Return the type of arrays (blocks, numbers times 1 + lanes)."""
         return wp.array2d(dtype=Cell)
 
     def reader_of(Struct: Any) -> Any:
-        """Fields in order, all of them numbers."""
+        """Return the reader of a struct, whose fields are all numbers."""
 
         @wp.func_native(
             "wp::read_duals((wp::dual*)&out, &wp::cell(rows, run / wp::LANES, 0),"
@@ -129,7 +128,7 @@ def numbers_of_duals(precision: str, lanes: int) -> dict[str, Any]:
         return filled(Struct, Cell, fill)
 
     def table_of(Row: Any) -> Any:
-        """(blocks, terms, functions times 1 + lanes)."""
+        """Return the type of arrays (blocks, terms, functions times 1 + lanes)."""
         return wp.array3d(dtype=Cell)
 
     def row_reader(Row: Any) -> Any:
@@ -149,14 +148,16 @@ def numbers_of_duals(precision: str, lanes: int) -> dict[str, Any]:
     build = wp.ModuleBuildOptions(extra_cpu_preamble=preamble)
     options = {"cpu_compiler_flags": flags, "extra_build_options": build}
     any_above = all_above
-    # No run is flown to its end with dual numbers, and no law looks through a camera.
+    # Dual numbers are not used in roll-outs or with a camera.
     keep_where = keep_whole = mark = at = randn = None
     return locals()
 
 
 def seeding() -> Any:
-    """The function seeded(x, direction, first): x with a derivative of 1 along a direction, where
-    that is one of those from the first on."""
+    """Return seeded(x, direction, first), which adds a derivative of 1 along a direction.
+
+    It applies if the direction is among the `DIRECTIONS` from the first on.
+    """
     Real = wp.bfloat16
 
     @wp.func_native("return wp::seeded(x, direction, first);")

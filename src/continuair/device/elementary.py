@@ -1,7 +1,7 @@
-"""Device code of sines, arctangents and tanh without branches and without the C library.
+"""Device code of sine, cosine, arctangent and tanh without branches and without the C library.
 
-They are sums and products of the numbers' own, so that a run has the same bits alone and in a pack,
-and on every processor that fuses products and sums. Errors are a few units in the last place.
+They use sums and products only, so that a run has the same bits alone and in a pack, and on every
+processor with fused multiply-add. Errors are a few units in the last place.
 """
 
 from dataclasses import dataclass
@@ -31,14 +31,17 @@ _ATAN_Q = (
     1.945506571482613964425e2,
 )
 _ATAN_NEAR = 0.66
-# What float64 leaves out of π/2.
+# π/2 minus its float64 value.
 _REST_OF_HALF_PI = 6.123233995736765886130e-17
 
 
 @dataclass(frozen=True)
 class Elementary:
-    """sine(x) and cosine(x) for |x| up to 1e5; angle_of(y, x), atan2, in (-π, π]; tanh(x); and
-    polynomial(coefficients), which gives the function of x with them, the highest power first."""
+    """Elementary functions.
+
+    sine(x) and cosine(x) for |x| up to 1e5; angle_of(y, x), atan2, in (-π, π]; tanh(x).
+    polynomial(coefficients) returns a function of x; the highest power comes first.
+    """
 
     sine: Any
     cosine: Any
@@ -49,7 +52,7 @@ class Elementary:
 
 @cache
 def elementary_code(numbers: Numbers) -> Elementary:
-    """The functions of one kind of numbers."""
+    """Return the functions for one kind of numbers."""
     code, exact = number_code(numbers), numbers.precision == "float64"
     Real, above, two_to = code.Real, code.above, code.two_to
     zero, quarter, half, one, two = (Real(x) for x in (0.0, 0.25, 0.5, 1.0, 2.0))
@@ -75,13 +78,13 @@ def elementary_code(numbers: Numbers) -> Elementary:
     terms = 8 if exact else 5
     sine_of = polynomial([(-1.0) ** k / factorial(2 * k + 1) for k in reversed(range(terms))])
     cosine_of = polynomial([(-1.0) ** k / factorial(2 * k) for k in reversed(range(terms + 1))])
-    # A quarter turn in parts, of which the first two leave room for the number of turns.
+    # π/2 in parts; products of the first two with a number of turns are exact.
     first, second, third = _parts(Real, np.pi / 2.0, _REST_OF_HALF_PI, exact)
     per_quarter_turn = Real(2.0 / np.pi)
 
     @wp.func
     def shifted_sine(x: Real, ahead: Real):
-        """sin(x + ahead π/2), for 0 or 1 quarter turns ahead."""
+        """Return sin(x + ahead π/2), with ahead 0 or 1."""
         k = wp.floor(x * per_quarter_turn + half)
         r = ((x - k * first) - k * second) - k * third
         z = r * r
@@ -106,7 +109,7 @@ def elementary_code(numbers: Numbers) -> Elementary:
 
     @wp.func
     def angle_of(y: Real, x: Real):
-        """0 at the origin."""
+        """Return atan2(y, x), 0 at the origin."""
         a = wp.abs(x)
         b = wp.abs(y)
         large = wp.max(a, b)
@@ -128,7 +131,7 @@ def elementary_code(numbers: Numbers) -> Elementary:
 
     @wp.func
     def tanh(x: Real):
-        """-g / (2 + g) with g = exp(-2 |x|) - 1."""
+        """Return tanh as -g / (2 + g) with g = exp(-2 |x|) - 1, and the sign of x."""
         size = wp.abs(x)
         e = -two * above(size, most, most, size)
         k = wp.floor(e * per_doubling + half)
@@ -142,7 +145,7 @@ def elementary_code(numbers: Numbers) -> Elementary:
 
 
 def _parts(Real: Any, value: float, rest: float, exact: bool) -> tuple[Any, Any, Any]:
-    """Three numbers that add up to value and rest; the first two have few digits."""
+    """Return three numbers with the sum value + rest, the first two with few digits."""
     digits = 33 if exact else 11
     first = _rounded(value, digits)
     second = _rounded(value - first, digits)
@@ -150,6 +153,6 @@ def _parts(Real: Any, value: float, rest: float, exact: bool) -> tuple[Any, Any,
 
 
 def _rounded(value: float, digits: int) -> float:
-    """To binary digits."""
+    """Return a number rounded to binary digits."""
     mantissa, exponent = np.frexp(value)
     return float(np.ldexp(np.round(np.ldexp(mantissa, digits)), exponent - digits))

@@ -1,35 +1,47 @@
-"""The numbers that device code computes with: those of one run, or packs of several runs.
+"""Number types of device code: numbers of one run, packs of several runs, and dual numbers.
 
-A pack holds the same number of LANES runs, side by side in vector registers of the CPU. The source
-is one: `Real` is a number or a pack, and where runs may differ device code chooses (`above`)
-instead of branching; an `if` on a pack does not compile. A third kind are numbers with their
-derivatives (device/duals.py).
+A pack holds one number of each of LANES runs, in vector registers of the CPU. Device code is
+written once, for `Real`. Where runs may differ it selects by `above` instead of branching: an `if`
+on a pack does not compile. Dual numbers hold derivatives (device/duals.py).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Any
+from typing import Any, Protocol
 
 from continuair.device.duals import numbers_of_duals
 from continuair.device.packs import numbers_of_packs
 from continuair.device.single import numbers_of_runs
 
 LANES = {"float64": 8, "float32": 16}
-"""Runs of a pack: they fill two registers of AVX2, or one of AVX-512."""
+"""Runs of a pack, which fills two registers of AVX2, or one of AVX-512."""
 
 NARROW = {"float64": 4, "float32": 8}
-"""Runs of a narrow pack, which takes no longer than a run alone."""
+"""Runs of a narrow pack, which needs no more time than a single run."""
 
 DIRECTIONS = 8
-"""Directions along which dual numbers have derivatives at once."""
+"""Number of directional derivatives of a dual number."""
+
+
+class Struct(Protocol):
+    """A Warp struct type; a call returns an instance, whose fields are zero."""
+
+    def __call__(self) -> Any: ...
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """Of "float64" or "float32", and of so many runs at once: 1, or those of a pack.
+    """Kind of numbers of device code.
 
-    dual: of one run, with derivatives along so many directions at once.
+    Parameters
+    ----------
+    precision : {"float64", "float32"}
+        Precision of the numbers.
+    lanes : int, default 1
+        Runs of a pack, or 1. For dual numbers, the number of directions.
+    dual : bool, default False
+        Whether numbers hold directional derivatives.
     """
 
     precision: str
@@ -38,22 +50,22 @@ class Numbers:
 
 
 def holding(kind: type, found: dict[str, Any]) -> Any:
-    """A namespace of that kind, its fields taken from what a factory has made, by name."""
+    """Return an instance of a dataclass, its fields taken by name from locals of a factory."""
     return kind(**{field.name: found[field.name] for field in fields(kind)})
 
 
 @dataclass(frozen=True)
 class NumberCode:
-    """Cell, a number in memory; Real, what is computed with; functions defined below.
+    """Types and functions of one kind of numbers.
 
-    Readers take the first run of a pack: of_run(cells, run, column), of_row(cells, row, run,
-    column) and of_sample(cells, run, sample, column); the first two read one run for all, where
-    there is one; at(cells, index) reads an entry of each run's own. keep, keep_of_run and
-    keep_whole write what the runs hold that there are; keep_where(cells, run, sample, column, x,
-    due), at a sample of each run's own, where due > 0; mark a whole number where x > 0.
-    rows_of(Struct) is the type of an array of structs of numbers, and reader_of(Struct) its reader;
-    table_of(Row) and row_reader(Row) are those of the tables of moments. two_to(k): 2^k for a whole
-    k. randn: the noise of frames.
+    Cell: a number in memory. Real: the type of computations. Readers take the index of the first
+    run of a pack: of_run(cells, run, column), of_row(cells, row, run, column), of_sample(cells,
+    run, sample, column). The first two read the same value for all runs if the array has one run.
+    at(cells, index) reads an entry per run. keep, keep_of_run and keep_whole write the values of
+    all existing runs. keep_where(cells, run, sample, column, x, due) writes at a sample per run,
+    where due > 0; mark writes a whole number where x > 0. rows_of(Struct) is the type of an array
+    of structs, and reader_of(Struct) its reader; table_of(Row) and row_reader(Row) are those of the
+    tables of moments. two_to(k): 2^k for a whole k. randn: noise of camera frames.
     """
 
     Cell: Any
@@ -83,7 +95,7 @@ class NumberCode:
 
 @cache
 def number_code(numbers: Numbers) -> NumberCode:
-    """The numbers of one precision, of a run, of packs or with derivatives."""
+    """Return the types and functions of one kind of numbers."""
     found = numbers_of_runs if numbers.lanes == 1 else numbers_of_packs
     found = numbers_of_duals if numbers.dual else found
     return holding(NumberCode, found(numbers.precision, numbers.lanes))

@@ -1,7 +1,7 @@
-"""Numbers of packs of runs, as C++ of the CPU's vectors; see device/numbers.py.
+"""Packs of runs in C++, as vectors of the CPU; see device/numbers.py.
 
-Warp has no type for packs: in modules that are compiled with the preamble below its bfloat16, which
-nothing here uses, is the name of one.
+Warp has no type for packs. The preamble below replaces its bfloat16, which is not used otherwise,
+by a pack.
 """
 
 from typing import Any
@@ -62,7 +62,7 @@ template <typename A> inline auto& cell(A& a, int i, int j, int k) {
 
 
 def numbers_of_packs(precision: str, lanes: int) -> dict[str, Any]:
-    """The parts of a NumberCode, of packs of so many runs."""
+    """Return the parts of a NumberCode for packs of `lanes` runs."""
     Cell, Real, number = getattr(wp, precision), wp.bfloat16, BITS[precision]
 
     @wp.func_native("return a.v > b.v ? x.v : y.v;")
@@ -158,7 +158,7 @@ def numbers_of_packs(precision: str, lanes: int) -> dict[str, Any]:
         return wp.array2d(dtype=Cell)
 
     def reader_of(Struct: Any) -> Any:
-        """Fields in order, all of them numbers."""
+        """Return the reader of a struct, whose fields are all numbers."""
 
         @wp.func_native(
             "auto* to = (wp::pack*)&out; int n = rows.shape[0];"
@@ -170,7 +170,7 @@ def numbers_of_packs(precision: str, lanes: int) -> dict[str, Any]:
         return filled(Struct, Cell, fill)
 
     def table_of(Row: Any) -> Any:
-        """(packs, terms, functions times lanes)."""
+        """Return the type of arrays (packs, terms, functions times lanes)."""
         return wp.array3d(dtype=Cell)
 
     def row_reader(Row: Any) -> Any:

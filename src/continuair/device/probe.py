@@ -1,4 +1,4 @@
-"""The kernel that tells whether packs compute as single runs do, from all that they rest on."""
+"""Kernel that compares packs with single runs, over all functions that packs need."""
 
 from functools import cache
 from typing import Any
@@ -22,23 +22,23 @@ def _wide() -> int: ...
 
 @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
 def wide_registers(found: wp.array(dtype=wp.int32)):
-    """1 where the compiler fills vector registers of 512 bits, else 0."""
+    """Return 1 if the compiler uses vector registers of 512 bits, else 0."""
     found[0] = _wide()
 
 
 TERMS, WIDTH = 4, 3
-"""Of the tables that are probed: terms of WIDTH polynomials."""
+"""Shape of the tested tables: terms of WIDTH polynomials."""
 
 PROBED = 12
-"""Numbers that come out for every run."""
+"""Number of results per run."""
 
 
 @cache
 def probe_kernel(numbers: Numbers) -> tuple[Any, Any, Any]:
-    """The kernel `probe`, and the structs and rows that it reads.
+    """Return the kernel `probe`, and the types of its structs and rows.
 
-    bodies: structs of an attitude and an inertia, one per run; table: as tables of moments; angles
-    (runs, 1). out: (runs, PROBED).
+    bodies: structs of an attitude and an inertia, one per run; table: as tables of moments; angles:
+    (runs, 1); out: (runs, PROBED).
     """
     code, known = number_code(numbers), elementary_code(numbers)
     Cell, Real, lanes, above, finite = code.Cell, code.Real, code.lanes, code.above, code.finite

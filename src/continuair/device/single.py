@@ -1,4 +1,4 @@
-"""Numbers of single runs, for CUDA and for laws that branch on them; see device/numbers.py."""
+"""Numbers of single runs, for CUDA and for laws with branches; see device/numbers.py."""
 
 from typing import Any
 
@@ -15,12 +15,12 @@ BITS: dict[str, dict[str, Any]] = {
     },
     "float32": {"real": "float", "bits": "int", "large": "12582912.0f + 127.0f", "shift": 23},
 }
-"""What numbers are in C++, and what 2^k takes: k is added to a number so large that it fills the
-lowest bits, which are shifted to where exponents stand."""
+"""C++ types of numbers, and constants of 2^k: k is added to a number so large that k occupies the
+lowest bits, which are then shifted to the exponent."""
 
 
 def filled(Struct: Any, Cell: Any, fill: Any) -> Any:
-    """The function read(rows, run) of a struct whose numbers fill(struct, rows, run) reads."""
+    """Return read(rows, run) -> Struct, from fill(struct, rows, run)."""
 
     @wp.func
     def read(rows: wp.array2d(dtype=Cell), run: int):
@@ -32,13 +32,13 @@ def filled(Struct: Any, Cell: Any, fill: Any) -> Any:
 
 
 def numbers_of_runs(precision: str, lanes: int) -> dict[str, Any]:
-    """The parts of a NumberCode, of single runs."""
+    """Return the parts of a NumberCode for single runs."""
     Cell = Real = getattr(wp, precision)
     number = BITS[precision]
 
     @wp.func
     def above(a: Real, b: Real, x: Real, y: Real):
-        """x where a > b, else y."""
+        """Return x where a > b, else y."""
         return wp.where(a > b, x, y)
 
     @wp.func
@@ -47,7 +47,7 @@ def numbers_of_runs(precision: str, lanes: int) -> dict[str, Any]:
 
     @wp.func
     def finite(a: Real, x: Real, y: Real):
-        """x where a is finite, else y."""
+        """Return x where a is finite, else y."""
         return wp.where(a - a == Real(0.0), x, y)
 
     @wp.func_native(
@@ -98,7 +98,7 @@ def numbers_of_runs(precision: str, lanes: int) -> dict[str, Any]:
 
     @wp.func
     def randn(seeds: wp.array(dtype=wp.int32), run: int, frame: int, which: int):
-        """The normal number `which` of a frame, the same for the same seed and frame."""
+        """Return normal number `which` of a frame, which depends on seed and frame only."""
         generator = wp.rand_init(seeds[run], frame)
         out = Real(0.0)
         for _ in range(which + 1):

@@ -1,4 +1,4 @@
-"""Warp types of one kind of numbers and tree of arms, and the parts of a state by name."""
+"""Warp types for one kind of numbers and tree of arms, and access to the parts of a state."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -11,42 +11,50 @@ from continuair.device.numbers import Numbers, holding, number_code
 from continuair.vehicle.layout import Layout
 
 MAX_BEND_ANGLE = 2.0 * np.pi
-"""Largest |k| l [rad] for which the polynomials hold; beyond it a run ends with a status."""
+"""Largest |k| l [rad] for which the polynomials are valid; beyond it a run stops."""
 
 FULL_LENGTH = MAX_BEND_ANGLE / np.sqrt(2.0)
-"""Length of every arc in units of its own λ, in which device code measures."""
+"""Length of every arc in units of its own λ, the length unit of device code."""
 
 
 @dataclass(frozen=True)
 class Tree:
-    """What kernels are made for: kinds of sections of each arm, and what costs time where it is
-    absent.
+    """Structure of a vehicle, for which kernels are compiled.
 
-    kinds: of sections, of the package sections. bodies: whether tips carry rigid bodies; turned:
-    whether mounts turn an arm. eye: the arm at whose tip the camera is. terms: what acts, of the
-    package terms.
+    Parameters
+    ----------
+    kinds : tuple of tuple of SectionKind
+        Kinds of the sections of each arm.
+    bodies : bool, default False
+        Whether tips carry rigid bodies.
+    turned : bool, default False
+        Whether the mount of an arm is rotated.
+    camera_arm : int, default 0
+        Index of the arm that carries the camera.
+    terms : tuple of Term, default ()
+        Terms that act on the vehicle, without their numbers.
     """
 
     kinds: tuple[tuple[Any, ...], ...]
     bodies: bool = False
     turned: bool = False
-    eye: int = 0
+    camera_arm: int = 0
     terms: tuple[Any, ...] = ()
 
     @property
     def air(self) -> bool:
-        """Whether wind does anything."""
+        """Return whether a term depends on wind."""
         return any(term.in_wind for term in self.terms)
 
     @property
     def stirred(self) -> bool:
-        """Whether something feels air that another term moves."""
+        """Return whether a term depends on moving air of another term."""
         moved = any(term.moves_air for term in self.terms)
         return moved and any(term.in_stream for term in self.terms)
 
     @property
     def layout(self) -> Layout:
-        """Columns of its states, inputs and logs."""
+        """Return the columns of states, inputs and logs."""
         widths = tuple(tuple(kind.coordinates for kind in arm) for arm in self.kinds)
         states = sum(term.states for term in self.terms)
         energies = any(term.has_energy for term in self.terms)
@@ -54,22 +62,22 @@ class Tree:
 
     @property
     def sections(self) -> tuple[int, ...]:
-        """The number of sections of each arm."""
+        """Return the number of sections of each arm."""
         return tuple(len(arm) for arm in self.kinds)
 
     def kind_of(self, section: int) -> Any:
-        """The kind of a section, by its index among all."""
+        """Return the kind of a section, by its index among all."""
         return self._all_kinds[section]
 
     @property
     def first_row(self) -> tuple[int, ...]:
-        """The first row of each section in the table of coefficients, and the number of all."""
+        """Return the first row of each section in the table of coefficients, and their number."""
         rows = [kind.rows for kind in self._all_kinds]
         return tuple(sum(rows[:section]) for section in range(len(rows) + 1))
 
     @property
     def table_columns(self) -> int:
-        """The number of columns of the table of coefficients."""
+        """Return the number of columns of the table of coefficients."""
         return room(max((kind.columns for kind in self._all_kinds), default=0))
 
     @property
@@ -78,27 +86,27 @@ class Tree:
 
     @property
     def parameters(self) -> dict[str, tuple[int, ...]]:
-        """Fields of the Plant that terms read, with the shape of each."""
+        """Return the fields of the Plant that terms read, with the shape of each."""
         found = {k: shape for term in self.terms for k, shape in term.parameters(self).items()}
         width = sum(term.width for term in self.terms)
         return found | ({"term_numbers": (width,)} if width else {})
 
     @property
     def first(self) -> tuple[int, ...]:
-        """The first section of each arm, and the number of all."""
+        """Return the first section of each arm, and the number of all sections."""
         return tuple(sum(self.sections[:arm]) for arm in range(len(self.sections) + 1))
 
 
 @dataclass(frozen=True)
 class Types:
-    """Types, and functions of a `State` y and of a `Push`, what actuators do.
+    """Types, and functions of a `State` y and of a `Push`, an actuator wrench.
 
-    y holds, as `Layout` orders it, position, attitude, coordinates of the sections, world velocity,
-    ω, rates of these coordinates, and speeds of the rotors. Bends holds a number per coordinate.
-    A push is push_of(force, moment, bend): world axes [N], body axes [N m], bend moments [N m²].
-    Along holds (cos, sin) of ψa of each section and of the roll, on the branches that are followed;
-    two_of and with_two read and change the pair of one section, and the roll's is the last.
-    tilt_of(y) is cos θ (cos φ, sin φ), to roll and pitch what b is to ψa and κ.
+    y holds, in the order of `Layout`, position, attitude, coordinates of the sections, world
+    velocity, ω, rates of the coordinates, and rotor speeds. Bends has one number per coordinate. A
+    Push is push_of(force, moment, bend): world axes [N], body axes [N m], bend moments [N m²].
+    Along holds (cos, sin) of ψa of each section, and last of the roll, on the followed branches;
+    two_of and with_two read and change one pair. tilt_of(y) is cos θ (cos φ, sin φ), which relates
+    to roll and pitch as b to ψa and κ.
     """
 
     layout: Layout
@@ -139,13 +147,13 @@ class Types:
 
 
 def room(count: int) -> int:
-    """Return `count`, at least 1: vehicles without arms have no bends, Warp no empty vectors."""
+    """Return `count`, at least 1: Warp has no empty vectors, for vehicles without arms."""
     return max(count, 1)
 
 
 @cache
 def device_types(numbers: Numbers, tree: Tree) -> Types:
-    """The types for one kind of numbers and tree of arms."""
+    """Return the types for one kind of numbers and tree of arms."""
     layout, code = tree.layout, number_code(numbers)
     Cell, Real, of_row, of_sample = code.Cell, code.Real, code.of_row, code.of_sample
     vec2, vec3 = wp.types.vector(2, Real), wp.types.vector(3, Real)
@@ -166,14 +174,13 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
     F, M, BM = layout.force.start, layout.moment.start, layout.bend_moment.start
 
     class Plant:
-        """A vehicle; coordinates of sections are in kernels times their unit, and so are stiffness
-        and damping of each.
+        """Parameters of a vehicle, with coordinates of sections in kernel units.
 
-        Per section: κ_s, its mass, that of all that hangs on its tip, and reach, how far its
-        turning by 1 moves the tip [arm lengths]. Per arm: mass, mount, turn (arm axes to body) and
-        the same as a quaternion; mass, first moment and inertia of the body on its tip about that
-        point, in the last section's axes at it. length: of the longest arm [m].
-        Then the parameters of kinds of sections, and of each term.
+        Per section: threshold κ_s, mass, mass of everything beyond its tip, and reach, the tip
+        displacement per unit rotation of the section [arm lengths]. Per arm: mass, mount, turn (arm
+        axes to body) and the same as a quaternion; mass, first moment and inertia of the body on
+        its tip about the tip, in the axes of the last section there. length: of the longest arm
+        [m]. Then the parameters of kinds of sections, and of each term.
         """
 
         mass: Real
@@ -234,7 +241,7 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
 
     @wp.func
     def two_of(along: Along, section: int):
-        """(cos ψa, sin ψa) of one section."""
+        """Return (cos ψa, sin ψa) of one section."""
         return vec2(along[section, 0], along[section, 1])
 
     @wp.func
@@ -245,13 +252,13 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
 
     @wp.func
     def tilt_of(y: State):
-        """cos θ (cos φ, sin φ): the parts of the world's vertical along z and y of the body."""
+        """Return cos θ (cos φ, sin φ): components of the world's vertical along body z and y."""
         q = attitude_of(y)
         return vec2(one - two * (q[0] * q[0] + q[1] * q[1]), two * (q[1] * q[2] + q[0] * q[3]))
 
     @wp.func
     def state_of(p: vec3, q: quat, b: Bends, v: vec3, w: vec3, db: Bends):
-        """A state, or its rate, from its parts."""
+        """Return a state, or its rate, from its parts."""
         out = State()
         for j in range(3):
             out[P + j] = p[j]
@@ -276,7 +283,7 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
 
     @wp.func
     def three_of(rows: wp.array3d(dtype=Cell), row: int, run: int, first: int):
-        """Three columns from the first on."""
+        """Return three columns from the first on."""
         return vec3(
             of_row(rows, row, run, first),
             of_row(rows, row, run, first + 1),
@@ -316,7 +323,7 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
 
 
 def _kind(Real: Any, shape: tuple[int, ...]) -> Any:
-    """The type of a parameter of that shape: a number, a vector or a matrix."""
+    """Return the type of a parameter by its shape: a number, a vector or a matrix."""
     if len(shape) > 1:
         return wp.types.matrix(shape, Real)
     return wp.types.vector(shape[0], Real) if shape else Real

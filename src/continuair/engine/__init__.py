@@ -1,4 +1,4 @@
-"""Engines: kernels compiled for a vehicle, and launched."""
+"""Compilation of kernels for a vehicle, and their launches."""
 
 from continuair import lazy
 

@@ -1,4 +1,4 @@
-"""Launches roll-outs by an embedded pair: signals and tolerances as kernels take them."""
+"""Launches of roll-outs with adaptive steps: packed signals and tolerances."""
 
 from __future__ import annotations
 
@@ -22,31 +22,34 @@ from continuair.signals import Signal
 Array = np.ndarray
 
 MOST_STEPS = 10_000_000
-"""Steps of one run, rejected ones included, after which it ends."""
+"""Most steps of one run, rejected ones included."""
 
 _GRAVITY = 9.81
-"""That of natural units [m/s²]."""
+"""Gravity in natural units [m/s²]."""
 
 TRIAL = 0.05
-"""Length of the trial flight [s] by whose steps runs are put together in packs."""
+"""Length of the trial run [s] whose step counts group runs into packs."""
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """A signal, and the columns of a table that its values are added to."""
+    """A signal, and the columns of a table to which its values are added."""
 
     signal: Signal
     columns: Array
 
     def of_runs(self, runs: Array) -> Track:
-        """The track of some runs."""
+        """Return the track of some runs."""
         return Track(self.signal.of_runs(runs), self.columns)
 
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """What acts on runs over time: constants (runs or 1, inputs), and tracks that are added to
-    them; bits of the groups of inputs in use; gravity [m/s²]."""
+    """Inputs of runs over time.
+
+    constants (runs or 1, inputs); tracks: signals added to them; groups: bits of the groups of
+    inputs in use; gravity [m/s²].
+    """
 
     constants: Array
     tracks: tuple[Track, ...]
@@ -54,7 +57,7 @@ class Inputs:
     gravity: float
 
     def __call__(self, times: Array) -> Array:
-        """Inputs (times, runs or 1, inputs); at a jump as they are after it."""
+        """Return inputs (times, runs or 1, inputs), at a jump the limit from the right."""
         rows = max([len(self.constants), *(track.signal.rows for track in self.tracks)])
         table = np.empty((len(times), rows, self.constants.shape[1]))
         table[:] = self.constants
@@ -64,13 +67,13 @@ class Inputs:
 
     @property
     def nbytes(self) -> int:
-        """Their size in memory [bytes]."""
+        """Return the size in memory [bytes]."""
         return (
             sum(track.signal.coefficients.nbytes for track in self.tracks) + self.constants.nbytes
         )
 
     def of_runs(self, runs: Array) -> Inputs:
-        """Those of some runs."""
+        """Return the inputs of some runs."""
         constants = self.constants if len(self.constants) == 1 else self.constants[runs]
         tracks = tuple(track.of_runs(runs) for track in self.tracks)
         return Inputs(constants, tracks, self.groups, self.gravity)
@@ -78,7 +81,7 @@ class Inputs:
 
 @dataclass(frozen=True, eq=False)
 class Ticks:
-    """Times [s] at which a controller acts (n + 1,), from the start to the end, and of samples."""
+    """Times of controller updates (n + 1,), from start to end, and of samples [s]."""
 
     times: Array
     samples: Array
@@ -86,16 +89,21 @@ class Ticks:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """What a step may err by: `relative`, and `absolute` in arm lengths, radians, and these per
-    √(length / 9.81 m/s²); without it, `relative` is meant so. longest: of all steps [s]."""
+    """Error tolerance of a step, and its maximum length `longest` [s].
+
+    `absolute` is in natural units: arm lengths, radians, and these per √(length / 9.81 m/s²).
+    Without it, `relative` is the absolute tolerance in these units.
+    """
 
     relative: float
     absolute: float | None = None
     longest: float = np.inf
 
     def finer(self, period: float | None) -> Tolerance:
-        """A tenth of it, and steps of at most half a controller's period [s]: what both flights
-        differ by tells the error of the first."""
+        """Return a tenth of the tolerance, with steps of at most half a controller's period [s].
+
+        The difference between runs with both tolerances estimates the error of the first.
+        """
         absolute = None if self.absolute is None else 0.1 * self.absolute
         longest = self.longest if period is None else min(self.longest, 0.5 * period)
         return Tolerance(0.1 * self.relative, absolute, longest)
@@ -103,9 +111,11 @@ class Tolerance:
 
 @dataclass(frozen=True, eq=False)
 class Launch:
-    """A roll-out of some runs, by their indices into the vehicles: from where, with what acting on
-    them, and within which tolerance. loop: the struct of a packed loop; motion: of its targets, if
-    it looks at them at every stage. All but `ticks` and `tolerance` are of these runs."""
+    """A roll-out of some runs.
+
+    runs: their indices into the vehicles. loop: struct of a packed loop. motion: of its targets, if
+    the law acts at every stage. All fields but `ticks` and `tolerance` belong to these runs.
+    """
 
     runs: Array
     start: Start
@@ -117,10 +127,10 @@ class Launch:
     pair: Pair = TSIT5
 
     def on(self, engine: Engine, kernel: wp.Kernel, lanes: int, log: Any) -> tuple[Array, Array]:
-        """Fly with a kernel of an engine's model into a log (runs, samples, columns) on its device,
-        which keeps what it holds where a run has ended.
+        """Simulate with a kernel of an engine's model into a log (runs, samples, columns).
 
-        Returns status (runs,) and counts (runs, COUNTS) of kernels/adaptive.py.
+        The log is on the engine's device. Rows after the end of a run stay unchanged. Returns
+        status (runs,) and counts (runs, COUNTS) of kernels/adaptive.py.
         """
         n = len(self.runs)
         status, counts = np.zeros(n, np.int32), np.zeros((n, COUNTS), engine.dtype)
@@ -144,8 +154,10 @@ class Launch:
         return status, counts
 
     def order(self, engine: Engine, kernel: wp.Kernel, lanes: int, columns: int) -> Array:
-        """Places of the runs in an order in which those of a pack take about as many steps, as a
-        short flight counts them; columns: of the kernel's log."""
+        """Return an order of the runs in which the runs of a pack need similar numbers of steps.
+
+        A short trial run counts the steps. columns: of the kernel's log.
+        """
         few = len(self.runs) <= lanes or self.ticks.times[-1] <= 2.0 * TRIAL
         if lanes == 1 or few or self.loop is not None:
             return np.arange(len(self.runs))
@@ -155,7 +167,7 @@ class Launch:
         return np.argsort(counts[:, STEPS], kind="stable")
 
     def of_runs(self, chosen: Array) -> Launch:
-        """The roll-out of some of its runs, by their places in it, without a loop."""
+        """Return the roll-out of some of its runs, by their positions in it, without a loop."""
         start, motion = self.start, self.motion
         return replace(
             self,
@@ -167,7 +179,7 @@ class Launch:
 
 
 def _drive(engine: Engine, inputs: Inputs, runs: int) -> Any:
-    """The struct of inputs: a row of constants, of every run where signals are written into it."""
+    """Return the struct of inputs: one row of constants, per run if there are signals."""
     table = inputs.constants
     if inputs.tracks:
         table = np.array(np.broadcast_to(table, (runs, table.shape[1])))
@@ -178,7 +190,7 @@ def _drive(engine: Engine, inputs: Inputs, runs: int) -> Any:
 
 
 def packed_signals(engine: Engine, tracks: Sequence[Track], runs: int) -> Any:
-    """The struct of tracks, as kernels/signals.py takes it."""
+    """Return the struct of tracks (kernels/signals.py)."""
     return (
         _packed(engine, tracks, runs) if tracks else _no_signals(engine.dtype.name, engine.device)
     )
@@ -186,7 +198,7 @@ def packed_signals(engine: Engine, tracks: Sequence[Track], runs: int) -> Any:
 
 @lru_cache(maxsize=8)
 def _no_signals(precision: str, device: str) -> Any:
-    """The struct of no tracks."""
+    """Return the struct of no tracks."""
     found, Cell = signal_struct(precision)(), getattr(wp, precision)
     for name, kind in (("index", 3), ("kinds", 2), ("break_index", 2), ("cursor", 2)):
         shape = (1, 0, 2) if kind == 3 else (1, 2) if name == "break_index" else (0, 0)
@@ -232,7 +244,7 @@ def _packed(engine: Engine, tracks: Sequence[Track], runs: int) -> Any:
 
 
 def _breaks(signals: Sequence[Signal], row: int) -> Array:
-    """Breaks of a run, of all its signals, in order."""
+    """Return the breakpoints of a run, of all its signals, in order."""
     own = [signal.breaks[row if signal.rows > 1 else 0] for signal in signals]
     return np.unique(_joined(own))
 
@@ -261,23 +273,25 @@ def _control(engine: Engine, tolerance: Tolerance, pair: Pair, runs: Array) -> A
     first = np.minimum(0.1 * period, tolerance.longest)
     longest = np.full(len(first), min(tolerance.longest, 1e30))
     found.longest = engine.upload(np.stack([first, longest], axis=1))
-    # Lengths of a step go with the root of its error, whose largest is `absolute`.
+    # The step length is proportional to a root of its error, which is at most `absolute`.
     found.begin = (FIRST * absolute) ** (1.0 / pair.order) / absolute
     found.most = MOST_STEPS
     return found
 
 
 def error_scales(engine: Engine, runs: Array) -> tuple[Array, Array]:
-    """Natural units of the components of a state (runs or 1, state), in the kernels' units, and of
-    time (runs or 1,) [s]: arm lengths, radians, and these per √(length / 9.81 m/s²), whatever the
-    gravity of a flight is."""
+    """Return natural units of a state (runs or 1, state) and of time (runs or 1,).
+
+    They are arm lengths, radians, and these per √(length / 9.81 m/s²), whatever the gravity of a
+    simulation is. Those of the state are in kernel units, that of time in seconds.
+    """
     plants = engine.plants if len(engine.plants) == 1 else engine.plants[runs]
     lengths = plants["length"]
     period = np.sqrt(lengths / _GRAVITY)
     layout = engine.layout
     scales = np.ones((len(lengths), layout.state))
     scales[:, layout.position] = lengths[:, None]
-    # A quaternion changes by half of what it turns by.
+    # A quaternion changes by half the rotation angle.
     scales[:, layout.attitude] = 0.5
     bends = natural_units(engine.vehicle, layout, len(engine.plants))
     bends = (bends if len(bends) == 1 else bends[runs]) * plants["unit"]

@@ -1,6 +1,6 @@
-"""Starting Warp and loading kernels: one thread at a time, from a cache that may be damaged.
+"""Initialisation of Warp and compilation of kernels, with checks of the kernel cache.
 
-Neither Warp's start nor its compiler is thread-safe, so that all of them share one lock here.
+Neither the initialisation of Warp nor its compiler is thread-safe, so that both share one lock.
 """
 
 from __future__ import annotations
@@ -35,29 +35,40 @@ _loaded: set[tuple[Any, str]] = set()
 _temporary: list[Path] = []
 
 _STDERR = 2
-# What Warp and Clang say past any log level, and what is told otherwise or needs no word.
+# Output of Warp and Clang that no log level suppresses: reported otherwise, or irrelevant.
 _NOT_SAID = (
     b"Could not find or load the NVIDIA CUDA driver",
     b"error: unknown target CPU",
     b"note: valid target CPU values are",
     b"PCH generation failed",
 )
-# What a compiled kernel takes, with some room.
+# Size of a compiled kernel, with a margin [bytes].
 _BYTES_TO_TRY = 1_000_000
 _SUM = ".sum"
-# A CPU has blocks of one thread; on an H100 small ones fly 10,000 runs 1.3 to 1.4 times as fast as
-# Warp's 256, and a million 1.04 times (benchmarks/gpu.py).
+# A CPU has blocks of one thread. On an H100 small blocks simulate 10,000 runs 1.3 to 1.4 times as
+# fast as Warp's default of 256, and a million runs 1.04 times as fast (benchmarks/gpu.py).
 _BLOCK = {"cpu": 1, "cuda": 64}
 
 
 def made_once(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
-    """Keep what a function makes for its arguments, as `cache` does, and never make it twice."""
+    """Cache the results of a function, and compute each only once across threads.
+
+    Parameters
+    ----------
+    make : callable
+        Function with hashable arguments.
+
+    Returns
+    -------
+    callable
+        The function with a cache, as by `functools.cache`, and a lock.
+    """
     kept: Any = cache(make)
     return wraps(make)(made_alone(kept))
 
 
 def made_alone(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
-    """Let one thread at a time make something of Warp's, anew each time."""
+    """Let one thread at a time call a function that uses Warp, without a cache."""
 
     @wraps(make)
     def found(*args: Parameters.args, **named: Parameters.kwargs) -> Made:
@@ -68,9 +79,12 @@ def made_alone(make: Callable[Parameters, Made]) -> Callable[Parameters, Made]:
 
 
 def start_warp() -> None:
-    """Initialise Warp without its banner, and without its warning that there is no CUDA driver.
+    """Initialise Warp without its banner and its warning about a missing CUDA driver.
 
-    Raises InputError if CONTINUAIR_CPU_TARGET names no processor.
+    Raises
+    ------
+    InputError
+        If CONTINUAIR_CPU_TARGET is not a processor, or other users can write to the kernel cache.
     """
     if _started:
         return
@@ -84,10 +98,22 @@ def start_warp() -> None:
 
 
 def load(kernel: wp.Kernel, device: str) -> None:
-    """Compile a kernel for a device, or load it from the cache, unless that is done.
+    """Compile a kernel for a device, or load it from the cache, unless it is loaded already.
 
-    What is damaged in the cache is built anew; a cache that cannot be written to is replaced by a
-    temporary one, with a warning.
+    Damaged files of the cache are compiled again. If the cache is not writeable, a temporary one
+    replaces it, with a warning.
+
+    Parameters
+    ----------
+    kernel : wp.Kernel
+        The kernel.
+    device : str
+        Device of Warp, such as ``"cpu"`` or ``"cuda:0"``.
+
+    Raises
+    ------
+    InputError
+        If neither the cache nor a temporary folder is writeable.
     """
     module = kernel.module
     if (module, device) in _loaded:
@@ -99,12 +125,12 @@ def load(kernel: wp.Kernel, device: str) -> None:
 
 
 def block_of(device: str) -> int:
-    """Threads per block of every launch on a device, for which kernels are compiled."""
+    """Return the threads per block of launches on a device, for which kernels are compiled."""
     return _BLOCK[device.split(":")[0]]
 
 
 def compiles(kernel: wp.Kernel) -> bool:
-    """Load a kernel for the CPU, as `load` does; False if the compiler refuses it, and no word."""
+    """Load a kernel for the CPU; return False, without output, if it does not compile."""
     with _lock:
         try:
             with _without_native_words(what_fails=True):
@@ -138,7 +164,7 @@ def _load(module: Any, device: str, block: int) -> None:
 
 
 def _built_anew(module: Any, device: str, block: int) -> bool:
-    """Whether a module that the cache held in some form can be built in its place."""
+    """Return whether a module can be compiled again after its cached files are removed."""
     folder = _folder(module, block)
     for left in folder.parent.glob(f"{folder.name}_p{os.getpid()}_t*"):
         shutil.rmtree(left, ignore_errors=True)
@@ -163,17 +189,17 @@ def _initialise() -> None:
 
 
 def _check_owner(folder: Path) -> None:
-    """Raise InputError for a cache that others can write: its kernels are run as they are."""
+    """Raise InputError if other users can write to the cache, whose kernels run unchecked."""
     try:
         found = folder.stat()
     except OSError:
         return
     others = found.st_uid not in (os.getuid(), 0)
-    # What has the sticky bit is as good as one's own: others cannot put theirs in its place.
+    # A folder with the sticky bit is safe: other users cannot replace its files.
     if others or (found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX):
         why = "belongs to another user" if others else "is writable by every user"
         raise InputError(
-            f"the kernel cache {printed(folder)} {why}, so that others could put code there; set "
+            f"the kernel cache {printed(folder)} {why}, who could put code there; set "
             "WARP_CACHE_PATH to a folder of your own."
         )
 
@@ -187,10 +213,10 @@ def _use_temporary_cache(problem: str) -> None:
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     _temporary.append(folder)
     wp.config.kernel_cache_dir = str(folder)
-    # Of this machine: no study leaves it untold.
+    # A property of this machine, which studies do not suppress.
     warnings.warn(
-        f"the kernel cache {printed(where)} cannot be used ({problem}): this run compiles its "
-        "kernels into a temporary folder; set WARP_CACHE_PATH to a folder that you may write to.",
+        f"the kernel cache {printed(where)} cannot be used ({problem}): kernels are compiled into "
+        "a temporary folder; set WARP_CACHE_PATH to a writeable folder.",
         ContinuairWarning,
         stacklevel=2,
     )
@@ -199,8 +225,8 @@ def _use_temporary_cache(problem: str) -> None:
 def _no_cache(problem: str) -> InputError:
     return InputError(
         f"WARP_CACHE_PATH is {printed(os.environ.get('WARP_CACHE_PATH', ''))!r}, where kernels "
-        f"cannot be kept, nor in a temporary folder ({problem}); make room, or name a folder that "
-        "you may write to."
+        f"cannot be kept, nor in a temporary folder ({problem}); free space, or name a writeable "
+        "folder."
     )
 
 
@@ -209,7 +235,7 @@ def _cache() -> Path:
 
 
 def _problem(folder: Path) -> str | None:
-    """Why a kernel cannot be written to a cache, None if it can."""
+    """Return why a kernel cannot be written to a cache, or None."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as stream:
@@ -221,12 +247,12 @@ def _problem(folder: Path) -> str | None:
 
 
 def _folder(module: Any, block: int) -> Path:
-    """Where the cache holds a module."""
+    """Return the folder of a module in the cache."""
     return _cache() / str(module.get_module_identifier(block))
 
 
 def _damaged(folder: Path) -> list[Path]:
-    """Files of a module that are not what was built."""
+    """Return the files of a module that differ from what was compiled."""
     files = [path for path in folder.glob("*") if path.suffix != _SUM]
     return [path for path in files if not _is_whole(path)]
 
@@ -239,12 +265,12 @@ def _is_whole(path: Path) -> bool:
     try:
         return _sum_file(path).read_bytes() == _sum(content)
     except OSError:
-        # Whoever built it has not kept its sum: one that was cut shows by itself.
+        # No checksum was written: check whether the file is truncated.
         return path.suffix != ".o" or _is_whole_object(content)
 
 
 def _is_whole_object(content: bytes) -> bool:
-    """Whether an object file of ELF reaches to the end of its table of sections, as it must."""
+    """Return whether an ELF object file contains its whole table of sections."""
     if not content.startswith(b"\x7fELF\x02\x01"):
         return len(content) > 0
     if len(content) < 64:
@@ -255,7 +281,7 @@ def _is_whole_object(content: bytes) -> bool:
 
 
 def _keep_sums(folder: Path) -> None:
-    """Write the sum of every file of a module beside it, where that can be done."""
+    """Write the checksum of every file of a module beside it, if possible."""
     for path in folder.glob("*"):
         if path.suffix != _SUM and not _sum_file(path).exists():
             try:
@@ -275,7 +301,7 @@ def _sum(content: bytes) -> bytes:
 
 
 def _remove(paths: Iterator[Path] | list[Path]) -> bool:
-    """Remove files of a cache and their sums; return whether there were any."""
+    """Remove files of a cache and their checksums; return whether there were any."""
     found = list(paths)
     for path in [*found, *map(_sum_file, found)]:
         if path.is_dir():
@@ -288,10 +314,10 @@ def _remove(paths: Iterator[Path] | list[Path]) -> bool:
 
 @contextmanager
 def _without_native_words(what_fails: bool = False) -> Iterator[None]:
-    """Leave some lines of the native libraries out of stderr, such as that there is no driver.
+    """Remove some lines of native libraries from stderr, such as that of a missing driver.
 
-    Whatever else is said meanwhile, by any thread, is passed on; what_fails: but for all that is
-    said before an exception.
+    Other output, of any thread, is passed on. what_fails: whether all output before an exception is
+    removed, too.
     """
     failed = False
     _open_stderr()
@@ -314,7 +340,7 @@ def _without_native_words(what_fails: bool = False) -> Iterator[None]:
 
 
 def _file_without_disk() -> int:
-    """A descriptor of a file that has no name, in memory where the system has that."""
+    """Return the descriptor of an unnamed file, in memory if the system supports that."""
     if hasattr(os, "memfd_create"):
         return os.memfd_create("stderr")
     number, name = tempfile.mkstemp()
@@ -323,9 +349,9 @@ def _file_without_disk() -> int:
 
 
 def _open_stderr() -> None:
-    """Give a process that was started without stderr (2>&-) one that goes nowhere.
+    """Open a null device as stderr in a process that was started without stderr (2>&-).
 
-    The next file that is opened would be stderr otherwise, and be written to.
+    Otherwise the next opened file would become stderr.
     """
     try:
         os.fstat(_STDERR)

@@ -1,4 +1,4 @@
-"""Launches the kernels over a batch: on the CPU split over threads, on CUDA in one launch."""
+"""Launches of kernels over a batch: on the CPU split over threads, on CUDA in one launch."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 
-def check_device(device: Any) -> None:
-    """Raise InputError unless the device can be launched on."""
+def check_device(device: object) -> None:
+    """Raise InputError if kernels cannot be launched on a device."""
     if not isinstance(device, str):
         raise InputError(f"device is {shown(device)}; give its name, such as 'cpu'.")
     start_warp()
@@ -42,9 +42,11 @@ def check_device(device: Any) -> None:
 
 @dataclass(frozen=True)
 class Start:
-    """Where runs begin: states (runs, state), ψa (runs, sections) naming the signed
-    branches of the bends; and
-    the states that `independent` freezes, if they are others."""
+    """Initial conditions of runs.
+
+    states (runs, state); angle (runs, sections + 3): ψa of the signed branches of the bends, roll,
+    pitch and yaw; frozen: states that the model "independent" freezes, if they differ.
+    """
 
     states: Array
     angle: Array
@@ -53,9 +55,9 @@ class Start:
 
 @dataclass(frozen=True)
 class Drive:
-    """What acts: a table of inputs (rows, runs or 1, inputs), bits of the groups in use, gravity.
+    """Inputs as a table (rows, runs or 1, inputs), bits of the groups in use, and gravity [m/s²].
 
-    The table holds one row for all times, or three per step (or one per sample): see `timed`.
+    timed: whether the table has three rows per step (or one per sample), not one for all times.
     """
 
     table: Array
@@ -66,8 +68,11 @@ class Drive:
 
 @dataclass(frozen=True)
 class Logs:
-    """log, observed, watched (runs, samples, columns), the last two where asked for; status and
-    last_step (runs,); saturation (runs,), the largest of rotors; scene: what was watched."""
+    """Results of a roll-out.
+
+    log, observed, watched (runs, samples, columns), the last two if requested; status, last_step
+    (runs,); saturation (runs,): maximum over rotors and steps; scene: of the camera.
+    """
 
     log: Array
     status: Array
@@ -79,25 +84,25 @@ class Logs:
 
 
 class Closing(Protocol):
-    """What closes the loop of a roll-out: a `Loop` of engine/loop.py."""
+    """Closed loop of a roll-out: a `Loop` of engine/loop.py."""
 
     @property
     def scene(self) -> Any:
-        """What is looked at, or None."""
+        """Return the scene of the camera, or None."""
 
     def on(self, engine: Any, runs: int) -> Any:
-        """Packed for an engine and a number of runs."""
+        """Return the loop packed for an engine and a number of runs."""
 
     def watch(self, engine: Any, log: Array, runs: Array) -> Array | None:
-        """What is watched along logged rows of some runs."""
+        """Return camera and image features along logged rows of some runs."""
 
 
 class Engine:
     """One vehicle or batch, packed for one model, precision and device.
 
-    `layout` names the columns of its states, inputs and logs. beside: an engine of the coupled
-    model for the same vehicle, from which another model's takes what they share. method: of
-    roll-outs, by its name in kernels/integrators.py.
+    `layout` gives the columns of its states, inputs and logs. beside: an engine of the coupled
+    model for the same vehicle, whose packed data another model's engine shares. method: integrator
+    of roll-outs, by its name in kernels/integrators.py.
     """
 
     def __init__(
@@ -131,7 +136,7 @@ class Engine:
         self._packed: dict[int, Any] = {}
 
     def on_one_thread(self) -> Engine:
-        """The same engine for one thread, which may be one of several that fly side by side."""
+        """Return the same engine for one thread, which may run beside others."""
         alone = copy.copy(self)
         alone.threads = 1
         return alone
@@ -139,7 +144,7 @@ class Engine:
     def load_rollout(self, loop: Closing | None, runs: int) -> int:
         """Load the kernel that so many runs fly with, before threads wait for it.
 
-        Returns how many runs fly at once in a thread.
+        Returns the number of runs that a thread simulates at once.
         """
         closed = None if loop is None else loop.on(self, runs)
         lanes = self.lanes(runs) if closed is None else closed.kernels.lanes
@@ -149,7 +154,7 @@ class Engine:
         return int(lanes)
 
     def side_by_side(self, work: Callable[[Any], None], parts: Iterable[Any]) -> None:
-        """Do some work on every part, on as many threads as there are."""
+        """Process every part, on all threads of the engine."""
         parts = list(parts)
         threads = min(self.threads, len(parts)) if self.device == "cpu" else 1
         if threads == 1:
@@ -170,7 +175,7 @@ class Engine:
         loop: Closing | None = None,
         among: int = 0,
     ) -> Logs:
-        """Fly some runs over a time grid, in open loop or under a law.
+        """Simulate some runs over a time grid, in open loop or under a control law.
 
         runs: (n,) indices into the vehicles, and into the loop's runs; start, drive: of these runs.
         at_samples: what acts at the samples, to log what is observed too. among: the runs of the
@@ -254,7 +259,7 @@ class Engine:
         if found is not None:
             return found
         rates = np.empty((len(start.states), self.layout.state), self.dtype)
-        # One kernel for any number of them: they are few, and what steps follow from.
+        # One kernel for any number of runs: steps depend on these rates.
         used = self.kernels_for(1)
         out, acting = self.upload(rates), self.drive(drive, slice(None), 0)
         arguments = [self.vehicles(runs, used), self.start(start, slice(None)), acting, out]
@@ -263,19 +268,19 @@ class Engine:
         return rates
 
     def kernels_for(self, runs: int) -> Kernels:
-        """The kernels that a number of runs fly with: on the CPU in packs."""
+        """Return the kernels for a number of runs: on the CPU those of packs."""
         return self.kernels_of(self.lanes(runs))
 
     def kernels_of(self, lanes: int) -> Kernels:
-        """The kernels of packs of so many runs, or of single runs."""
+        """Return the kernels of packs with `lanes` runs, or of single runs."""
         return kernels(self.dtype.name, self.tree, self.model, lanes, self.method)
 
     def lanes(self, runs: int) -> int:
-        """How many of a number of runs fly at once in a thread."""
+        """Return how many of a number of runs a thread simulates at once."""
         return lanes_of(runs, self.threads, self.dtype.name, self.device)
 
     def vehicles(self, runs: Array | slice | None, found: Kernels) -> Any:
-        """The struct of some runs' vehicles, or of all, for some kernels."""
+        """Return the struct of the vehicles of some runs, or of all, for given kernels."""
         out = found.structs.Vehicles()
         at = slice(None) if runs is None or len(self.plants) == 1 else runs
         at = at if isinstance(at, slice) else adjacent(at)
@@ -294,7 +299,7 @@ class Engine:
         return self._packed[found.lanes]
 
     def start(self, start: Start, part: slice | Array) -> Any:
-        """The struct of where a part of the runs begins."""
+        """Return the struct of initial conditions for a part of the runs."""
         found = self.kernels.arguments.Start()
         found.states = self.upload(self.with_rotors(start.states[part])[:, None])
         # Unless told otherwise, each model freezes what it does not integrate at the start.
@@ -312,7 +317,7 @@ class Engine:
         return np.pad(states, ((0, 0), (0, missing))) if missing else states
 
     def drive(self, drive: Drive, part: slice | Array, rows: int) -> Any:
-        """The struct of what acts on a part of the runs; rows: of the table, per step or sample."""
+        """Return the struct of inputs of a part of the runs; rows: per step or sample."""
         table = drive.table if drive.table.shape[1] == 1 else drive.table[:, part]
         found = self.kernels.arguments.Drive()
         found.inputs = self.upload(table)
@@ -321,14 +326,14 @@ class Engine:
         return found
 
     def steps(self, grid: Any) -> Any:
-        """The struct of a grid's steps."""
+        """Return the struct of a grid's steps."""
         found = self.kernels.arguments.Steps()
         found.starts, found.lengths = self.upload(grid.starts), self.upload(grid.steps)
         found.sample_after = self.upload(grid.sample_after, wp.int32)
         return found
 
     def no_loop(self) -> Any:
-        """The struct of a loop without a law."""
+        """Return the struct of a loop without a control law."""
         return self.kernels.pilot.Loop()
 
     def launch(self, kernel: wp.Kernel, size: Any, arguments: list[Any]) -> None:
@@ -338,7 +343,7 @@ class Engine:
         wp.launch(kernel, dim=size, device=self.device, inputs=arguments, block_dim=block)
 
     def upload(self, array: Any, kind: Any = None) -> Any:
-        """Numbers of this engine's precision, or of another kind, where the kernels read them."""
+        """Return numbers of this engine's precision, or of another kind, on its device."""
         real = wp.float64 if self.dtype == np.float64 else wp.float32
         host = np.int32 if kind else self.dtype
         return wp.array(
@@ -349,12 +354,12 @@ class Engine:
         )
 
     def download(self, source: Any, target: Array) -> None:
-        """Bring back what was uploaded; on the CPU it never left."""
+        """Copy an uploaded array back to the host; on the CPU both share memory."""
         if self.device != "cpu":
             target[...] = source.numpy()
 
     def _split(self, runs: int, lanes: int) -> list[slice]:
-        """A part of the runs for every thread, of whole packs."""
+        """Return a part of the runs for every thread, in whole packs."""
         packs = packs_of(runs, lanes)
         parts = min(self.threads, packs) if self.device == "cpu" else 1
         edges = np.minimum(lanes * np.linspace(0, packs, parts + 1).astype(int), runs)

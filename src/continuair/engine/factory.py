@@ -1,4 +1,4 @@
-"""The factory of all kernels: from precision, tree of arms, model and controller."""
+"""Factory of all kernels, from precision, tree of arms, model and controller."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from continuair.kernels.integrators import TSIT5
 from continuair.kernels.logs import state_logger, tip_logger
 from continuair.kernels.observe import observe_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
-from continuair.kernels.sensing.eye import Eye, eye_code
+from continuair.kernels.sensing.camera import CameraCode, camera_code
 from continuair.kernels.sensing.guided import guided_pilot
 from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
@@ -36,9 +36,9 @@ from continuair.terms import TERMS
 class Kernels:
     """Kernels of a model in open loop, and the structs of their arguments.
 
-    lanes: the runs that a thread flies, 1 or those of a pack. method: of roll-outs, by its name
-    in kernels/integrators.py. tip_rollout logs the tip's pose and nothing else. A kernel is made
-    when it is first asked for, and compiles when it is launched.
+    lanes: runs per thread, 1 or those of a pack. method: integrator of roll-outs, by its name in
+    kernels/integrators.py. tip_rollout logs only the tip's pose. A kernel is made on first access,
+    and compiled on first launch.
     """
 
     numbers: Numbers
@@ -84,7 +84,7 @@ class Kernels:
 
     @property
     def observers(self) -> tuple[wp.Kernel, ...]:
-        """What looks back along a log, each at its own columns."""
+        """Return the kernels that compute quantities along a log, each in its own columns."""
         of_terms = [_observer_of(term, self.numbers, self.tree) for term in self.tree.terms]
         if self.tree.layout.energies:
             of_terms.append(_energies(self.numbers, self.tree))
@@ -93,37 +93,37 @@ class Kernels:
 
 @dataclass(frozen=True)
 class LoopKernels:
-    """The kernel `rollout` with a controller's law, and the types of its arguments.
+    """Kernel `rollout` with a control law, and the types of its arguments.
 
-    remembered: numbers of the law's memory; looks: whether such a law does.
+    remembered: size of the law's memory; looks: whether a law with memory uses the camera.
     """
 
     law: MadeLaw
     model: str
     how: Closing
     pilot: PilotCode
-    eye: Eye
+    camera: CameraCode
     Gains: Any
     remembered: int = 0
     looks: bool = False
 
     @property
     def lanes(self) -> int:
-        """The runs that a thread flies, 1 or those of a pack."""
+        """Return the runs per thread, 1 or those of a pack."""
         return self.law.code.numbers.lanes
 
     @property
     def rollout(self) -> wp.Kernel:
-        # Of single runs and of packs one is flown: the other is not made.
+        # Made on first access: of single runs and packs only one is used.
         return _closed_rollout(self.law, self.model, self.how)
 
 
 def kernels(precision: str, tree: Tree, model: str, lanes: int = 1, method: str = "RK4") -> Kernels:
-    """The kernels of a model in open loop; lanes: runs that fly at once in a pack, or 1."""
+    """Return the kernels of a model in open loop; lanes: runs of a pack, or 1."""
     return Kernels(Numbers(precision, lanes), tree, model, method)
 
 
-# Types have one maker at a time, too: two of the same name would not be the same.
+# Types are made once, too: two types of the same name would not be equal.
 _types, _structs = made_once(device_types), made_once(flight_code)
 _arguments, _no_pilot = made_once(arguments), made_once(no_pilot)
 
@@ -161,8 +161,11 @@ def _energies(numbers: Numbers, tree: Tree) -> wp.Kernel:
 
 @dataclass(frozen=True)
 class Closing:
-    """How a loop is closed: whether the law acts at every stage, the method of steps, whether the
-    image's error is summed up, and whether the law believes in another vehicle."""
+    """Variant of a closed loop.
+
+    every_stage: whether the law acts at every stage; method: integrator; integrates: whether the
+    image error is integrated; believes: whether the law has a nominal model of its own.
+    """
 
     every_stage: bool = False
     method: str = "RK4"
@@ -172,8 +175,10 @@ class Closing:
 
 @made_once
 def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
-    """The roll-out with a controller's law; raises InputError for one whose numbers lose digits, or
-    that looks where there is no target."""
+    """Return the roll-out with a control law.
+
+    Raises InputError if constants of the law lose digits, or it uses the camera without a target.
+    """
     found, points = law.parts, law.code.points
     of = law.code.numbers, law.code.tree
     check_reading(found, law.code)
@@ -184,8 +189,8 @@ def closed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels:
         pilot = law_pilot(*of, points, found, *choices)
     remembered = found.Memory._length_ if hasattr(found, "Memory") else 0
     looks = remembered > 0 and found.looks
-    eye = eye_code(*of, points)
-    return LoopKernels(law, model, how, pilot, eye, found.Gains, remembered, looks)
+    of_camera = camera_code(*of, points)
+    return LoopKernels(law, model, how, pilot, of_camera, found.Gains, remembered, looks)
 
 
 @made_once
@@ -200,43 +205,46 @@ def _closed_rollout(law: MadeLaw, model: str, how: Closing) -> wp.Kernel:
 
 @made_once
 def packed_loop(law: MadeLaw, model: str, how: Closing) -> LoopKernels | None:
-    """The same for packs of runs, loaded; None for a law that is not for packs.
+    """Return the same for packs of runs, loaded, or None if the law does not support packs.
 
-    Such a law branches on its numbers, calls what packs do not have, or has gains of other kinds.
+    Such a law branches on its numbers, calls functions without a form for packs, or has gains of
+    other types.
     """
     try:
         found = closed_loop(law, model, how)
     except Exception:
-        # Whatever comes of a law that is made of other numbers than it expects.
+        # A law may raise anything with unexpected number types.
         return None
     fit = _numbers_alone(found.Gains, law.code.Real)
     return found if fit and compiles(found.rollout) else None
 
 
 def _numbers_alone(kind: Any, Real: Any) -> bool:
-    """Whether a struct holds numbers, vectors and matrices of one kind."""
+    """Return whether a struct has only numbers, vectors and matrices of one type."""
     kinds = [variable.type for variable in kind.vars.values()]
     return all(getattr(each, "_wp_scalar_type_", each) is Real for each in kinds)
 
 
 @made_once
 def deviation(precision: str, lanes: int = 1) -> wp.Kernel:
-    """The kernel that compares logged tips, the same for every model."""
+    """Return the kernel that compares logged tips, the same for every model."""
     return deviation_kernel(Numbers(precision, lanes))
 
 
 @made_once
 def turning(precision: str) -> wp.Kernel:
-    """The kernel that finds turns of logged tips which may lose Euler angles."""
+    """Return the kernel that detects rotations too large for Euler angles to be followed."""
     return turning_kernel(getattr(wp, precision))
 
 
 @made_once
-def watching(precision: str, tree: Tree, points: int, lanes: int = 1) -> tuple[wp.Kernel, Eye]:
-    """The kernel `watch`, the same for every model, and its eye."""
+def watching(
+    precision: str, tree: Tree, points: int, lanes: int = 1
+) -> tuple[wp.Kernel, CameraCode]:
+    """Return the kernel `watch`, the same for every model, and its camera code."""
     of = Numbers(precision, lanes), tree
-    eye = eye_code(*of, points)
-    return watch_kernel(*of, eye), eye
+    of_camera = camera_code(*of, points)
+    return watch_kernel(*of, of_camera), of_camera
 
 
 _DUAL = Numbers("float64", DIRECTIONS, dual=True)
@@ -244,9 +252,9 @@ _DUAL = Numbers("float64", DIRECTIONS, dual=True)
 
 @made_once
 def step_slopes(tree: Tree, model: str) -> tuple[wp.Kernel, Any]:
-    """The kernel of derivatives of steps of a model, loaded, and the struct of its vehicles.
+    """Return the kernel of derivatives of a model's steps, loaded, and the struct of its vehicles.
 
-    Raises InputError where dual numbers do not compile.
+    Raises InputError if it does not compile with dual numbers.
     """
     kernel = step_slopes_kernel(_DUAL, tree, dynamics_code(_DUAL, tree, model))
     if not compiles(kernel):
@@ -264,5 +272,5 @@ def step_slopes(tree: Tree, model: str) -> tuple[wp.Kernel, Any]:
 
 @made_once
 def tip_slopes(tree: Tree) -> wp.Kernel:
-    """The kernel of derivatives of tips, the same for every model."""
+    """Return the kernel of derivatives of tips, the same for every model."""
     return tip_slopes_kernel(_DUAL, tree)

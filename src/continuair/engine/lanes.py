@@ -1,4 +1,4 @@
-"""Arrays as kernels of single runs and of packs read them."""
+"""Arrays in the memory layout of kernels of single runs and of packs."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ Array = np.ndarray
 
 
 def packs_of(runs: int, lanes: int) -> int:
-    """Threads that a number of runs takes; the last pack may have room."""
+    """Return the number of packs for a number of runs; the last may be incomplete."""
     return -(-runs // lanes)
 
 
 def struct_rows(rows: Array, Struct: Any, lanes: int, device: str) -> Any:
-    """Structured rows of numbers, one per run or one for all."""
+    """Return structured rows of numbers, one per run or one for all, on a device."""
     rows = np.ascontiguousarray(rows)
     if lanes == 1:
         return wp.array(rows, dtype=Struct, device=device)
@@ -26,9 +26,10 @@ def struct_rows(rows: Array, Struct: Any, lanes: int, device: str) -> Any:
 
 
 def table_rows(table: Array, Row: Any, lanes: int, device: str) -> Any:
-    """Polynomials (vehicles, terms, functions); of packs (packs, terms, functions times lanes).
+    """Return polynomials (vehicles, terms, functions) on a device.
 
-    One vehicle is that of all lanes; a pack that is not full repeats its last one.
+    Those of packs have shape (packs, terms, functions times lanes). A single vehicle is used for
+    all lanes; an incomplete pack repeats its last vehicle.
     """
     if lanes == 1:
         return wp.array(np.ascontiguousarray(table), dtype=Row, device=device)
@@ -42,7 +43,7 @@ def table_rows(table: Array, Row: Any, lanes: int, device: str) -> Any:
 
 
 def _first_number(kind: np.dtype[Any]) -> np.dtype[Any]:
-    """Of the numbers of a structure, all of which are of one kind."""
+    """Return the type of the numbers of a structure, all of which are equal."""
     while kind.names or kind.subdtype:
         kind = kind[kind.names[0]] if kind.names else kind.base
     return kind

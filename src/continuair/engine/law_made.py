@@ -1,4 +1,4 @@
-"""A controller's law as it is made now: what it reads from outside is in what it gives."""
+"""Control laws after their call with a LawCode, and their identity for caches of kernels."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Law = Callable[[LawCode], SimpleNamespace]
 
 @dataclass(frozen=True)
 class MadeLaw:
-    """What a law gave for its LawCode: the same as another one whose content is the same.
+    """Parts of a law for a LawCode; equal if their content is equal.
 
-    content: what the LawCode is for, and a hash of the law's functions, with the numbers that these
-    hold, and of its types. name: of kernels that hold its functions, as no other law's.
+    content: arguments of the LawCode, and hashes of the law's functions, with their constants, and
+    of its types. name: unique name of kernels with these functions.
     """
 
     content: Any
@@ -32,20 +32,20 @@ class MadeLaw:
 
 
 def made_law(law: Law, precision: str, tree: Tree, points: int, lanes: int = 1) -> MadeLaw:
-    """Call a law, each time anew but for those of this package, which read nothing from outside.
+    """Call a law; results are cached for laws of this package only, which read no outside state.
 
-    Raises InputError for one without its parts.
+    Raises InputError if the law does not return its parts.
     """
     of = law, Numbers(precision, lanes), tree, points
     return _kept(*of) if isinstance(law, FunctionType) and is_ours(law) else _anew(*of)
 
 
 def made_for_packs(law: Law, precision: str, tree: Tree, points: int, lanes: int) -> MadeLaw | None:
-    """The same for packs of runs; None for a law that is not for them."""
+    """Return the same for packs of runs, or None if the law does not support them."""
     try:
         return made_law(law, precision, tree, points, lanes)
     except Exception:
-        # Whatever a law raises that is made of other numbers than it expects.
+        # A law may raise anything with unexpected number types.
         return None
 
 
@@ -62,7 +62,7 @@ _kept, _anew = made_once(_make), made_alone(_make)
 
 
 def _types(parts: SimpleNamespace) -> tuple[Any, ...]:
-    """What tells the types of a law apart."""
+    """Return values that identify the types of a law."""
     memory = getattr(parts, "Memory", None)
     remembered = None if memory is None else memory._length_
     return parts.Gains.hash, remembered, getattr(parts, "looks", None)

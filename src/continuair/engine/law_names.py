@@ -1,4 +1,4 @@
-"""What the names in a function of the device stand for."""
+"""Values of the names in a device function."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def names_of(function: Any) -> dict[str, Any]:
-    """What a function knows from outside, by name; its own names hide those."""
+    """Return the outside names of a function and their values, without its local names."""
     of = inspect.getclosurevars(function.func)
     known = {**of.builtins, **of.globals, **of.nonlocals}
     own = function.func.__code__.co_varnames
@@ -16,7 +16,7 @@ def names_of(function: Any) -> dict[str, Any]:
 
 
 def value_of(node: ast.AST, names: dict[str, Any]) -> Any:
-    """What a name, or an attribute of one, stands for; None if it comes from within."""
+    """Return the value of a name, or of an attribute, or None if it is local."""
     if isinstance(node, ast.Name):
         return names.get(node.id)
     if isinstance(node, ast.Attribute):

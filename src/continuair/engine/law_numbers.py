@@ -1,4 +1,4 @@
-"""Which numbers a law may hold: those of which Warp keeps all digits."""
+"""Check that Warp keeps all digits of the constants in device functions."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ _LARGEST_WHOLE = 2**31 - 1
 
 
 def check_numbers(function: Any, Real: Any, whose: str = "law") -> None:
-    """Raise InputError for numbers of a function of the device that Warp rounds or cuts off.
+    """Raise InputError for constants of a device function that Warp rounds or truncates.
 
-    Real: the numbers that it computes with; whose: of what the function is, for the sentence.
+    Real: number type of the function; whose: owner of the function, for the message.
     """
     called = f"its function {function.func.__name__}"
     for number in _rounded(function, names_of(function), Real):
         raise InputError(
-            f"{whose} has the number {number} in {called}, where Warp counts in single precision; "
-            f"make it outside of that function, as in number = code.Real({number})."
+            f"{whose} has the number {number} in {called}, where Warp uses single precision; "
+            f"define it outside of that function, as in number = code.Real({number})."
         )
     for name in _vectors(function):
         raise InputError(
-            f"{whose} has {name} in {called}, a vector or matrix from outside of it, of which Warp "
-            "keeps too few digits; make it within, of numbers from outside, as in "
-            "code.vec3(x, y, z), or give it as a gain."
+            f"{whose} has {name} in {called}, an outside vector or matrix, which Warp rounds; "
+            "build it inside, as code.vec3(x, y, z), or make it a gain."
         )
     if function.adj.has_unresolved_static_expressions:
         raise InputError(
-            f"{whose} has a wp.static in {called} that is known while it is compiled alone, and "
-            "that Warp does not tell from others; make its numbers outside of that function, each "
-            "by a name, or give them as gains."
+            f"{whose} has a wp.static in {called} that Warp evaluates only during compilation; "
+            "define its numbers outside of that function by name, or make them gains."
         )
     for default in _defaults(function):
         raise InputError(
             f"{whose} has the default {default} of an argument in {called}, which Warp does not "
-            "tell from others that it has compiled; give it where the function is called."
+            "distinguish; give it where the function is called."
         )
 
 
 def _rounded(function: Any, names: dict[str, Any], Real: Any) -> Iterator[Any]:
-    """Numbers in single precision, but for those that a type takes as they are, such as Real(0.5),
-    and whole numbers beyond Warp's."""
+    """Yield constants that single precision or Warp's whole numbers do not hold exactly.
+
+    Exact arguments of a type, such as Real(0.5), are left out.
+    """
     taken = [
         argument.operand if isinstance(argument, ast.UnaryOp) else argument
         for node in ast.walk(function.adj.tree)
@@ -71,7 +71,7 @@ def _rounded(function: Any, names: dict[str, Any], Real: Any) -> Iterator[Any]:
 
 
 def _vectors(function: Any) -> Iterator[str]:
-    """Vectors and matrices that a function has from outside, of numbers with too many digits."""
+    """Yield outside vectors and matrices of a function whose numbers have too many digits."""
     names, static = names_of(function), function.adj.resolved_static_expressions
     found = {ast.unparse(node): value_of(node, names) for node in ast.walk(function.adj.tree)}
     for name, value in (found | static).items():
@@ -80,7 +80,7 @@ def _vectors(function: Any) -> Iterator[str]:
 
 
 def _short(value: Any) -> bool:
-    """Whether the 8 bits that Warp keeps of a pack's vectors hold its numbers, as 0 and 1."""
+    """Return whether the 8 bits that Warp keeps of a pack's vectors hold the numbers exactly."""
     if hasattr(value, "_wp_scalar_type_"):
         return all(_short(each) for each in value)
     number = np.float32(getattr(value, "value", value))
@@ -94,17 +94,17 @@ def _defaults(function: Any) -> Iterator[str]:
 
 
 def _single(kind: Any, Real: Any) -> bool:
-    """Whether a type has fewer digits than the numbers of a law."""
+    """Return whether a type has fewer digits than the numbers of a law."""
     return kind is float or (kind in (wp.float16, wp.bfloat16, wp.float32) and kind is not Real)
 
 
 def _exact(number: Any) -> bool:
-    """Whether single precision holds it."""
+    """Return whether single precision holds a number exactly."""
     return float(np.float32(number)) == float(number)
 
 
 def _printed(number: Any) -> bool:
-    """Whether its text holds all its digits, as Warp writes it into C++: 1/3 would be 0 there."""
+    """Return whether the text of a number holds all its digits: Warp writes it into C++."""
     try:
         return float(str(number)) == float(number)
     except ValueError:

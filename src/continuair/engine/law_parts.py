@@ -1,4 +1,4 @@
-"""What a controller's law must give, and what it may read."""
+"""Check the parts of a control law, and what its functions read."""
 
 from __future__ import annotations
 
@@ -19,28 +19,27 @@ _OF_CAMERA = ("sight", "desired", "camera_twist", "target_twist", "camera", "vie
 
 
 def check_parts(found: Any) -> None:
-    """Raise InputError unless a law returned its parts."""
+    """Raise InputError if a law did not return its parts."""
     for name, kind in (("Gains", Struct), ("control", wp.Function)):
         if not isinstance(getattr(found, name, None), kind):
             raise InputError(
-                f"law gives no {name}; return a namespace with Gains, a Warp struct, and control, "
-                "a Warp function."
+                f"law returns no {name}; return a namespace with Gains, a Warp struct, and "
+                "control, a Warp function."
             )
     if hasattr(found, "Memory") and not hasattr(found, "looks"):
         raise InputError(
-            "law has a Memory, but does not say whether it looks; return looks, True or False, "
-            "beside it."
+            "law has a Memory, but no looks; return looks beside it, True if it needs the camera, "
+            "else False."
         )
 
 
 def check_reading(found: SimpleNamespace, code: Any) -> None:
-    """Raise InputError if what a law returned for its LawCode has numbers that lose digits, or
-    reads the camera where there is no target."""
+    """Raise InputError if constants of a law lose digits, or it needs a missing target."""
     if is_ours(found.control.func):
         return
     for function in _named(found.control, set()):
         check_numbers(function, code.Real)
-    # Warp's own reading knows which function is meant, but says less of why it cannot read one.
+    # Warp's own analysis resolves functions, but its error messages are less specific.
     for function in read(found.control):
         if not is_ours(function.func):
             check_numbers(function, code.Real)
@@ -49,7 +48,7 @@ def check_reading(found: SimpleNamespace, code: Any) -> None:
 
 
 def is_ours(function: Any) -> bool:
-    """Whether a function of Python is one of this package."""
+    """Return whether a Python function belongs to this package."""
     return bool(function.__module__.partition(".")[0] == _OURS)
 
 
@@ -66,20 +65,20 @@ def _named(control: Any, known: set[str]) -> Iterator[Any]:
 
 
 def _check_unseen(function: Any, code: Any) -> None:
-    """Raise InputError if a function reads what is known with a target alone."""
+    """Raise InputError if a function reads a measurement that needs a target."""
     names = names_of(function)
     for node in ast.walk(function.adj.tree):
         if _of_camera(node, function, code) or value_of(node, names) is code.camera_push:
             raise InputError(
                 f"target is None, but the law reads {ast.unparse(node)} in its function "
-                f"{function.func.__name__}, which is known with a target alone; give one."
+                f"{function.func.__name__}, which needs a target; give one."
             )
 
 
 def _of_camera(node: ast.AST, function: Any, code: Any) -> bool:
-    """Whether it is what an argument of the type Sense has of the camera."""
+    """Return whether a node is a camera measurement of an argument of type Sense."""
     if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
         return False
-    # What is no argument may be another name of one.
+    # A local name may refer to an argument.
     sense = function.input_types.get(node.value.id, code.Sense) is code.Sense
     return sense and node.attr in _OF_CAMERA

@@ -1,8 +1,7 @@
-"""A law as Warp reads it: its functions, their hash, and quotients of whole numbers, which are cut
-off.
+"""Analysis of a law by Warp: its functions, their hash, and integer divisions, which truncate.
 
-Functions and types are read as for compilation, and no code is made of them. It is the one module
-that uses what is private in Warp, and so may have to follow another version of it.
+Functions and types are analysed as for compilation, without generating code. Only this module uses
+private parts of Warp, and may have to change with its version.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from warp._src import codegen, context
 from continuair.errors import InputError
 
 Struct = codegen.Struct
-"""The type of Warp's structs."""
+"""Type of Warp's structs."""
 
 _WHOLE = (
     *(wp.int8, wp.int16, wp.int32, wp.int64),
@@ -26,23 +25,25 @@ _WHOLE = (
 
 
 def read(control: Any) -> list[Any]:
-    """All functions of the device that one calls, and itself; raises InputError if one of them
-    divides whole numbers."""
+    """Return a device function and all that it calls.
+
+    Raises InputError if one of them divides whole numbers.
+    """
     options = context.Module("law", None).options | {"output_arch": None, "block_dim": 1}
     builder = context.ModuleBuilder(context.Module("law", None), options)
     with _calls() as calls:
         control.adj.build(builder)
     for function, line in calls:
         raise InputError(
-            f"law divides whole numbers in its function {function} ({line}), which leaves a whole "
-            "number; make them real first, as in code.Real(n) / code.Real(m)."
+            f"law divides whole numbers in its function {function} ({line}), which truncates; "
+            "convert them first, as in code.Real(n) / code.Real(m)."
         )
     return [control, *builder.functions]
 
 
 @contextmanager
 def _calls() -> Iterator[list[tuple[str, str]]]:
-    """Quotients of whole numbers that Warp meets from now on: function and line."""
+    """Collect the integer divisions that Warp analyses: function and line."""
     met: list[tuple[str, str]] = []
     add_call = codegen.Adjoint.add_call
 
@@ -59,13 +60,13 @@ def _calls() -> Iterator[list[tuple[str, str]]]:
 
 
 def hashed(control: Any) -> bytes:
-    """A hash of a function of the device, of those that it calls, and of the numbers in them."""
+    """Return a hash of a device function, of those that it calls, and of their constants."""
     found: bytes = _exactly([], {}).hash_function(control)
     return found
 
 
 class _Exactly(context.ModuleHasher):
-    """Warp's hash of functions, but for numbers that it takes in single precision, as a pack's."""
+    """Warp's hash of functions, with exact constants, also those of packs."""
 
     def get_constant_bytes(self, value: Any) -> bytes:
         number = getattr(value, "value", value)

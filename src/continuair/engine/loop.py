@@ -1,4 +1,4 @@
-"""A controller with its target and camera, packed for the roll-outs of an engine."""
+"""Closed loops: a controller with its target and camera, packed for the roll-outs of an engine."""
 
 from __future__ import annotations
 
@@ -33,8 +33,11 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Timing:
-    """Per step (m,): acts, whether the controller does at its start; exposed, the frame taken then
-    or -1; shown, the frame that the controller has then. every_stage: it acts at every stage too.
+    """Times of controller updates and camera frames, per step (m,).
+
+    acts: whether the controller is updated at the start of a step; exposed: frame taken then, or
+    -1; shown: frame available to the controller then; every_stage: whether the law acts at every
+    stage, too.
     """
 
     acts: Array
@@ -45,9 +48,13 @@ class Timing:
 
 @dataclass(frozen=True)
 class Scene:
-    """corners (points, 3), desired (runs or 1, 2 points); motion (rows, runs or 1, 6): centroid and
-    its velocity, three rows per step if the controller acts at every stage, else one; and the same
-    at the samples, motion_at_samples (samples, runs or 1, 6)."""
+    """Target of the camera.
+
+    corners (points, 3): feature points about the centroid. desired (runs or 1, 2 points): desired
+    image. motion (rows, runs or 1, 6): position and velocity of the centroid, three rows per step
+    if the law acts at every stage, else one. motion_at_samples (samples, runs or 1, 6): the same at
+    the samples.
+    """
 
     corners: Array
     desired: Array
@@ -57,10 +64,13 @@ class Scene:
 
 @dataclass(frozen=True)
 class Guidance:
-    """For a law that follows set-points: per step (m,), issued, which push it decides on at its
-    start, or -1, and taken, which push acts from then on, or -1; slots: most pushes on their way;
-    wanted (pushes, runs or 1, columns): set-points; upright (runs or 1, 1): 1 where runs start
-    upright."""
+    """Setpoints and timing of a law that follows setpoints.
+
+    Per step (m,): issued, the index of the actuator wrench computed at its start, or -1; taken, the
+    index of the wrench that acts from then on, or -1. slots: most delayed wrenches at a time.
+    wanted (wrenches, runs or 1, columns): setpoints. upright (runs or 1, 1): 1 if a run starts
+    upright.
+    """
 
     issued: Array
     taken: Array
@@ -76,10 +86,10 @@ _NOTHING = Scene(
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """What closes a loop over one time grid: the controller, when it acts, and what it looks at.
+    """Closed loop over one time grid: controller, timing and target.
 
-    scene: None for a controller without a target. seeds (runs,): of the noise, per run. guidance:
-    of a guided controller.
+    scene: None for a controller without a target. seeds (runs,): of the noise. guidance: of a
+    controller that follows setpoints.
     """
 
     controller: Controller
@@ -91,11 +101,11 @@ class Loop:
 
     @property
     def points(self) -> int:
-        """The number of feature points."""
+        """Return the number of feature points."""
         return 0 if self.scene is None else len(self.scene.corners)
 
     def on(self, engine: Engine, runs: int) -> PackedLoop:
-        """This loop packed for an engine and a number of runs that it flies.
+        """Return the loop packed for an engine and a number of runs.
 
         Raises InputError if the gains do not fit the law.
         """
@@ -104,14 +114,15 @@ class Loop:
             kernels, packed = self._kernels(engine, lanes)
             _check_memory(self.controller, kernels)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
-            cameras = pack_cameras(engine.vehicle, kernels.eye.Camera)
-            believed = self.controller.believes
-            mind = None if believed is None else _mind(believed, engine, kernels.eye.Camera)
-            self._packed[engine, lanes] = PackedLoop(self, packed or kernels, cameras, gains, mind)
+            cameras = pack_cameras(engine.vehicle, kernels.camera.Camera)
+            model, Camera = self.controller.believes, kernels.camera.Camera
+            nominal = None if model is None else _nominal_model(model, engine, Camera)
+            found = PackedLoop(self, packed or kernels, cameras, gains, nominal)
+            self._packed[engine, lanes] = found
         return self._packed[engine, lanes]
 
     def _kernels(self, engine: Engine, lanes: int) -> tuple[LoopKernels, LoopKernels | None]:
-        """Kernels of single runs, and those of packs of so many if the law is for them."""
+        """Return the kernels of single runs, and those of packs if the law supports them."""
         law = self.controller.law, engine.dtype.name, engine.tree, self.points
         how = Closing(
             self.timing.every_stage,
@@ -124,7 +135,7 @@ class Loop:
         return kernels, None if several is None else packed_loop(several, engine.model, how)
 
     def watch(self, engine: Engine, log: Array, runs: Array) -> Array | None:
-        """What the camera sees along logged rows of some runs; None without a target."""
+        """Return camera and image features along logged rows of some runs, None without target."""
         if self.scene is None:
             return None
         return watch(engine, log, self.scene.corners, self.scene.motion_at_samples, runs)
@@ -132,23 +143,25 @@ class Loop:
 
 @dataclass(frozen=True, eq=False)
 class PackedLoop:
-    """A loop's kernels, and its cameras and gains as they take them (runs or 1,); mind: the vehicle
-    that its law believes in, if that is another one."""
+    """Kernels of a loop, with packed cameras and gains (runs or 1,).
+
+    nominal: nominal model of the law, if it differs from the simulated vehicle.
+    """
 
     loop: Loop
     kernels: LoopKernels
     cameras: Array
     gains: Array
-    mind: Mind | None = None
+    nominal: NominalModel | None = None
 
     def struct(self, engine: Engine, runs: Array) -> Any:
-        """The struct of some runs."""
+        """Return the struct of some runs."""
         if self.loop.guidance is not None:
             return self._guided(engine, runs, self.loop.guidance)
         return self._filled(self.kernels.pilot.Loop(), engine, runs)
 
     def _filled(self, found: Any, engine: Engine, runs: Array) -> Any:
-        """The struct of a law's gains, of its timing and of what it looks at."""
+        """Fill and return a struct with gains, timing and target."""
         loop, kernels, timing = self.loop, self.kernels, self.loop.timing
         scene = loop.scene or _NOTHING
         on_their_way = np.maximum.accumulate(timing.exposed) - timing.shown
@@ -157,25 +170,25 @@ class PackedLoop:
             setattr(found, name, engine.upload(getattr(timing, name), wp.int32))
         found.seeds = engine.upload(loop.seeds[runs], wp.int32)
         at = kernels.lanes, engine.device
-        found.cameras = struct_rows(_rows(self.cameras, runs), kernels.eye.Camera, *at)
+        found.cameras = struct_rows(_rows(self.cameras, runs), kernels.camera.Camera, *at)
         found.gains = struct_rows(_rows(self.gains, runs), kernels.Gains, *at)
         found.corners = engine.upload(scene.corners)
         motion = _columns(scene.motion, runs)
         if timing.every_stage and engine.method == TSIT5:
-            # Room for the motion at each stage's time.
+            # Memory for the motion at the time of each stage.
             motion = np.zeros((1, len(runs), width_of(MOTION)))
         found.motion = engine.upload(motion)
         found.desired = engine.upload(_rows(scene.desired, runs))
         found.frames = engine.upload(self._frames(len(runs), slots))
         found.needed = int(loop.controller.looks)
-        if self.mind is not None:
-            believed, own = self.mind.engine, _rows(self.mind.cameras, runs)
-            found.believed = believed.vehicles(runs, engine.kernels_of(kernels.lanes))
-            found.believed_cameras = struct_rows(own, kernels.eye.Camera, *at)
+        if self.nominal is not None:
+            model, own = self.nominal.engine, _rows(self.nominal.cameras, runs)
+            found.believed = model.vehicles(runs, engine.kernels_of(kernels.lanes))
+            found.believed_cameras = struct_rows(own, kernels.camera.Camera, *at)
         return found
 
     def _frames(self, runs: int, slots: int) -> Array:
-        """Room for the frames on their way, and behind the first one for what is summed up."""
+        """Return memory for delayed frames, and behind the first one for the integrated error."""
         points, integral = max(self.loop.points, 1), self.loop.controller.integral
         if not integral:
             return np.zeros((runs, slots, width_of(frame_columns(points))))
@@ -185,7 +198,7 @@ class PackedLoop:
         return frames
 
     def _guided(self, engine: Engine, runs: Array, guidance: Guidance) -> Any:
-        """The struct of some runs under a guided law."""
+        """Return the struct of some runs under a law that follows setpoints."""
         kernels, found = self.kernels, self.kernels.pilot.Loop()
         self._filled(found.sight, engine, runs)
         for name in ("issued", "taken"):
@@ -199,44 +212,42 @@ class PackedLoop:
 
 
 @dataclass(frozen=True, eq=False)
-class Mind:
-    """The vehicle that a law believes in, packed as that which flies is, and its cameras."""
+class NominalModel:
+    """Nominal model of a law, packed as the simulated vehicle is, and its cameras."""
 
     engine: Engine
     cameras: Array
 
 
-def _mind(believed: Vehicle, engine: Engine, Camera: Any) -> Mind:
-    """Raises InputError where the vehicles differ by more than numbers."""
-    if tree_of(believed) != engine.tree:
+def _nominal_model(model: Vehicle, engine: Engine, Camera: Any) -> NominalModel:
+    """Return a packed nominal model; raise InputError if vehicles differ by more than numbers."""
+    if tree_of(model) != engine.tree:
         raise InputError(
-            f"controller believes in the vehicle {shown(believed.name)}, which has other arms, "
-            f"sections, tips, mounts or terms than {shown(engine.vehicle.name)} that flies; "
-            "make it of that one by replace."
+            f"believes is the vehicle {shown(model.name)}, whose arms, sections, tips, mounts or "
+            f"terms differ from those of {shown(engine.vehicle.name)}; build it by replace."
         )
-    packed = Engine(believed, engine.model, engine.dtype.name, engine.device, engine.threads)
+    packed = Engine(model, engine.model, engine.dtype.name, engine.device, engine.threads)
     for term in engine.tree.terms:
         read = packed.plants.dtype.names or ()
         names = [name for name in (*term.flown, "term_numbers") if name in read]
         if any((packed.plants[name] != engine.plants[name]).any() for name in names):
             raise InputError(
-                f"controller believes in the vehicle {shown(believed.name)}, whose "
-                f"{name_of(term)} is not that of {shown(engine.vehicle.name)} that flies, but no "
-                f"law computes with it; leave {name_of(term)} as it is."
+                f"believes is the vehicle {shown(model.name)}, whose {name_of(term)} differs from "
+                f"that of {shown(engine.vehicle.name)}; no law uses it, so leave it unchanged."
             )
-    return Mind(packed, pack_cameras(believed, Camera))
+    return NominalModel(packed, pack_cameras(model, Camera))
 
 
 def watch(
     engine: Engine, log: Array, corners: Array, motion: Array, runs: Array | None = None
 ) -> Array:
-    """What is watched (runs, samples, columns) along logged rows (runs, samples, log).
+    """Return camera and image features (runs, samples, columns) along rows (runs, samples, log).
 
     corners: (points, 3); motion: (samples, runs or 1, 6) of the target's centroid, as in a Scene;
-    runs: their indices into the vehicles and the motion, all by default.
+    runs: indices into the vehicles and the motion, by default all.
     """
     of, lanes = (engine.dtype.name, engine.tree, len(corners)), engine.lanes(len(log))
-    kernel, eye = watching(*of, lanes)
+    kernel, of_camera = watching(*of, lanes)
     runs = np.arange(len(log)) if runs is None else runs
     shape = (*log.shape[:2], width_of(watched_columns(len(corners))))
     watched = np.empty(shape, engine.dtype)
@@ -247,7 +258,7 @@ def watch(
         (packs_of(len(log), lanes), log.shape[1]),
         [
             engine.vehicles(runs, engine.kernels_for(len(log))).plants,
-            struct_rows(cameras, eye.Camera, lanes, engine.device),
+            struct_rows(cameras, of_camera.Camera, lanes, engine.device),
             engine.upload(corners),
             engine.upload(_columns(motion, runs)),
             engine.upload(log),
@@ -260,7 +271,7 @@ def watch(
 
 
 def pack_cameras(vehicle: Vehicle, Camera: Any) -> Array:
-    """Structured cameras (runs or 1,) of a vehicle."""
+    """Return the structured cameras (runs or 1,) of a vehicle."""
     runs, camera = vehicle.runs or 1, vehicle.camera
     packed = np.zeros(runs, dtype=Camera.numpy_dtype())
     packed["focal"] = per_run(camera.focal_length, runs, 2)
@@ -274,23 +285,22 @@ def pack_cameras(vehicle: Vehicle, Camera: Any) -> Array:
 
 
 def _check_memory(controller: Controller, kernels: LoopKernels) -> None:
-    """Raise InputError unless a guided controller's law remembers, and that of no other, and both
-    look or neither."""
+    """Raise InputError if controller and law disagree about a memory or the use of the camera."""
     if controller.guided != bool(kernels.remembered):
         has = "has no Memory" if controller.guided else "has a Memory"
         raise InputError(
-            f"guided is {controller.guided} of the controller {controller.name}, but its law "
+            f"guided is {controller.guided} in the controller {controller.name}, but its law "
             f"{has}; give guided={not controller.guided}."
         )
     if controller.guided and controller.looks != kernels.looks:
         raise InputError(
-            f"looks is {controller.looks} of the controller {controller.name}, but {kernels.looks} "
-            f"of its law; give looks={kernels.looks}."
+            f"looks is {controller.looks} in the controller {controller.name}, but {kernels.looks} "
+            f"in its law; give looks={kernels.looks}."
         )
 
 
 def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
-    """Structured gains (runs or 1,) of a controller; raises InputError if they do not fit."""
+    """Return structured gains (runs or 1,); raise InputError if they do not fit the law."""
     packed = np.zeros(controller.runs or 1, dtype=Gains.numpy_dtype())
     expected = packed.dtype.names or ()
     given = controller.gains
@@ -304,7 +314,7 @@ def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
         one_run = value.shape[1:] if controller.runs else value.shape
         wanted = packed.dtype[name].shape
         if value.size == 0 and wanted == tuple(map(room, one_run)):
-            continue  # of bends, of which a vehicle without arms has none
+            continue  # gains of bends, for a vehicle without arms
         if one_run != wanted:
             of, remedy = f"{points} feature points", "give gains for the target's points"
             if 2 * points not in wanted:

@@ -1,4 +1,4 @@
-"""A vehicle, or a batch of them, packed for the kernels."""
+"""Packing of a vehicle, or a batch, for the kernels."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 
-# Vehicles whose moments are sampled at once: bounds the memory of the host side.
+# Vehicles whose moments are sampled at once, which bounds the memory on the host.
 _BLOCK = 1024
 
 
 def tree_of(vehicle: Vehicle) -> Tree:
-    """What kernels are made for to fly a vehicle."""
+    """Return the constants for which kernels of a vehicle are compiled."""
     arms, straight = vehicle.arms, np.array([0.0, 0.0, 0.0, 1.0])
     return Tree(
         tuple(tuple(kind_of(section) for section in arm.section) for arm in arms),
         bodies=any(arm.tip is not None for arm in arms),
         turned=any((np.asarray(arm.attitude) != straight).any() for arm in arms),
-        eye=vehicle.camera_arm,
+        camera_arm=vehicle.camera_arm,
         terms=compiled_terms(vehicle),
     )
 
 
 def pack_table(vehicle: Vehicle, threads: int) -> Array:
-    """Coefficients (vehicles, rows, columns) of all sections, arm by arm, as their kinds have them.
+    """Return the coefficients (vehicles, rows, columns) of all sections, arm by arm.
 
-    threads: how many blocks of vehicles are sampled at once.
+    threads: number of blocks of vehicles that are sampled in parallel.
     """
     runs = vehicle.runs or 1
     sections = [(kind_of(each), each) for arm in vehicle.arms for each in arm.section]
@@ -53,19 +53,19 @@ def pack_table(vehicle: Vehicle, threads: int) -> Array:
 
     if len(blocks) == 1:
         return sample(blocks[0])
-    # NumPy lets go of the interpreter in these, so that blocks run side by side.
+    # NumPy releases the interpreter lock, so that blocks run in parallel.
     with ThreadPoolExecutor(threads) as pool:
         return np.concatenate(list(pool.map(sample, blocks)))
 
 
 def _wide(table: Array, columns: int) -> Array:
-    """A table (n, rows, columns) of a kind that may have fewer columns than others."""
+    """Return a table (n, rows, columns), padded to the largest number of columns."""
     missing = columns - table.shape[-1]
     return np.pad(table, ((0, 0), (0, 0), (0, missing))) if missing else table
 
 
 def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
-    """Structured parameters (vehicles,); Plant: the struct that they fill."""
+    """Return structured parameters (vehicles,) of the type Plant."""
     runs, uav, arms = vehicle.runs or 1, vehicle.uav, vehicle.arms
     plants = np.zeros(runs, dtype=Plant.numpy_dtype())
     plants["uav_mass"] = per_run(uav.mass, runs)
@@ -96,7 +96,7 @@ def _pack_mount(plants: Array, index: int, arm: ArmChain) -> None:
 
 
 def _pack_body(plants: Array, index: int, arm: ArmChain) -> None:
-    """The body on a tip about that point, in axes in which the arm ends along -z."""
+    """Pack the body on a tip about the tip, in axes in which the arm ends along -z."""
     if arm.tip is None:
         return
     runs, half_turn = len(plants), np.array([1.0, -1.0, -1.0])
@@ -110,7 +110,7 @@ def _pack_body(plants: Array, index: int, arm: ArmChain) -> None:
 
 
 def _pack_sections(plants: Array, layout: Layout, first: int, arm: ArmChain, whole: Array) -> None:
-    """whole: length of the arm (runs,) [m]."""
+    """Pack the sections of an arm; whole: length of the arm (runs,) [m]."""
     runs = len(plants)
     beyond = np.zeros(runs) if arm.tip is None else per_run(arm.tip.mass, runs)
     reach = np.zeros(runs)
@@ -134,7 +134,7 @@ def _pack_sections(plants: Array, layout: Layout, first: int, arm: ArmChain, who
 
 
 def natural_units(vehicle: Vehicle, layout: Layout, runs: int) -> Array:
-    """Natural unit of each coordinate of the sections (runs, coordinates), as kinds give it."""
+    """Return the natural units of the sections' coordinates (runs, coordinates)."""
     found = np.empty((runs, layout.bends))
     sections = [section for arm in vehicle.arms for section in arm.section]
     for section, own in zip(sections, layout.of_section, strict=True):
@@ -143,6 +143,6 @@ def natural_units(vehicle: Vehicle, layout: Layout, runs: int) -> Array:
 
 
 def _spread(at: Array) -> Array:
-    """|r|² 1 - r rᵀ of points (runs, 3)."""
+    """Return |r|² 1 - r rᵀ of points (runs, 3)."""
     square = np.einsum("ni,ni->n", at, at)[:, None, None] * np.eye(3)
     return square - at[:, :, None] * at[:, None, :]

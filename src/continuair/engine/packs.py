@@ -1,4 +1,4 @@
-"""How many runs fly at once on the CPU, and whether they may: packs are tried once per process."""
+"""Number of runs that a CPU thread simulates at once, after a test of packs once per process."""
 
 from __future__ import annotations
 
@@ -17,30 +17,36 @@ from continuair.errors import ContinuairWarning
 
 Array = np.ndarray
 
-_RUNS = 11
-"""Of the trial: more than a pack, and not a multiple of one."""
+_PACKS = 32
+"""Narrow packs of a thread up to which wide ones save no time: kernels of these take 10 s more to
+compile, and under error control lanes of a wide pack wait for one another. From there on wide ones
+save up to a fifth."""
 
-# Of the largest number of a row: rounding, once more or less fused.
+_RUNS = 11
+"""Runs of the test: more than a pack, and not a multiple of one."""
+
+# Units of rounding of the largest number of a row, for differently fused operations.
 _ROUNDING = 64.0
 
 
 def lanes_of(runs: int, threads: int, precision: str, device: str) -> int:
-    """Runs that fly at once: those of a pack, narrow where all threads have enough of them, or 1.
+    """Return the number of runs that a thread simulates at once: those of a pack, or 1.
 
-    A run has the same bits in both kinds of packs, as each fills one vector register: where those
-    hold a narrow pack at the most there are no others, which are no faster there, and whose halves
-    the compiler fuses in another order.
+    Packs are narrow if narrow packs are enough for all threads. A run has the same bits in both
+    kinds of packs, because each fills one vector register. If registers hold only a narrow pack,
+    wide packs are not used: they are no faster, and the compiler fuses their halves in another
+    order.
     """
     if device != "cpu" or not packs_work(precision):
         return 1
     narrow = NARROW[precision]
-    few = runs <= narrow * threads
+    few = runs <= _PACKS * narrow * threads
     return narrow if few or not registers_are_wide() else LANES[precision]
 
 
 @made_once
 def registers_are_wide() -> bool:
-    """Whether a vector register of the processor that kernels are compiled for holds 512 bits."""
+    """Return whether vector registers of the target processor hold 512 bits."""
     load(wide_registers, "cpu")
     found = wp.zeros(1, wp.int32, device="cpu")
     wp.launch(wide_registers, dim=1, device="cpu", inputs=[found])
@@ -60,10 +66,10 @@ def packs_work(precision: str) -> bool:
 
 
 def _refused(why: str) -> bool:
-    # Of this machine: no study leaves it untold.
+    # A property of this machine, which studies do not suppress.
     warnings.warn(
-        f"runs fly one by one, which takes several times as long, because packs of runs do not "
-        f"work here ({why}); use another version of Warp than {wp.__version__}.",
+        f"packs of runs do not work here ({why}): runs are simulated one by one, several times "
+        f"slower; use another version of Warp than {wp.__version__}.",
         ContinuairWarning,
         stacklevel=2,
     )
@@ -108,4 +114,4 @@ def _trial(precision: str) -> tuple[Array, Array, Array]:
     bodies = np.zeros(_RUNS, Single.numpy_dtype())
     bodies["attitude"], bodies["inertia"] = attitude, rng.normal(size=(_RUNS, 3, 3))
     table, angles = rng.normal(size=(_RUNS, TERMS, WIDTH)), np.linspace(-3.0, 7.0, _RUNS)[:, None]
-    return bodies, *(each.astype(precision).astype(float) for each in (table, angles))
+    return bodies, table.astype(precision).astype(float), angles.astype(precision).astype(float)

@@ -1,4 +1,4 @@
-"""Flies several models of the same runs side by side, and keeps only how far apart they end up."""
+"""Roll-outs of several models of the same runs, which keep only their deviations."""
 
 from __future__ import annotations
 
@@ -26,15 +26,18 @@ POSE = width_of(TIP_POSE)
 _ATTITUDE = TIP_POSE["attitude"]
 _EULER = [DEVIATIONS.index(name) for name in EULER_DEVIATIONS]
 
-# What the logged tips of one block of runs take at most: on the CPU they stay near the core.
+# Largest size of the logged tips of a block of runs [bytes]: on the CPU they stay in the cache.
 _BLOCK_BYTES = {"cpu": 1.6e7, "cuda": 4e9}
 _BLOCKS_PER_THREAD = 4
 
 
 class Pairs:
-    """Results of all runs and models: deviations (runs, models, 5) from the first model, those of
-    Euler angles NaN where samples do not follow them, tip (runs, models, 7) at the end, status and
-    last_step (runs, models), saturation (runs, models), the largest of rotors."""
+    """Results of all runs and models.
+
+    deviations (runs, models, 5) from the first model, NaN for Euler angles that the samples cannot
+    follow; tip (runs, models, 7), the final pose; status, last_step (runs, models); saturation
+    (runs, models), the maximum over rotors.
+    """
 
     def __init__(self, engines: Sequence[Engine], runs: int) -> None:
         self.engines = engines
@@ -45,7 +48,7 @@ class Pairs:
         self.saturation = np.zeros(shape)
 
     def fly(self, runs: Array, start: Start, grid: Any, drive: Drive) -> None:
-        """Fly some runs, by their indices, that share a time grid; start, drive: of these runs."""
+        """Simulate some runs, by their indices, on one time grid; start, drive: of these runs."""
         first = self.engines[0]
         flown = [engine.kernels_for(len(runs)) for engine in self.engines]
         for kernels in flown:
@@ -85,7 +88,7 @@ class Pairs:
             self._compare(runs, column, logs, both, kernels.lanes)
 
     def _followed(self, flown: Array, log: Any) -> Array:
-        """Which runs (runs,), of those flown, have samples that follow the tip's Euler angles."""
+        """Return which complete runs (runs,) have samples that follow the tip's Euler angles."""
         first, found = self.engines[0], wp.zeros(len(flown), wp.int32, device=log.device)
         first.launch(turning(first.dtype.name), len(flown), [log, found])
         followed, (in_doubt,) = np.array(flown), np.nonzero(flown & (found.numpy() > 0))
@@ -103,11 +106,11 @@ class Pairs:
         if column > 0:
             kernel = deviation(first.dtype.name, lanes)
             first.launch(kernel, packs_of(len(runs), lanes), [logs[0], log, found])
-        # What a run has not reached, its log does not hold.
+        # The log of a run that stopped early is incomplete.
         flown = self.status[runs, column] == 0
         both = flown & (self.status[runs, 0] == 0)
         deviations = found.numpy()
-        # Tips that turn alike differ by nothing, however their angles go on.
+        # Equal attitudes have no deviation, on any branch of their angles.
         lost = ~followed & (deviations[:, _EULER[-1]] != 0.0)
         deviations[np.ix_(lost, _EULER)] = np.nan
         self.deviations[runs[both], column] = deviations[both]
@@ -115,9 +118,12 @@ class Pairs:
 
 
 class ControlledPairs(Pairs):
-    """Pairs whose steps follow from their errors: besides what `Pairs` holds, end_time (runs,
-    models) [s], counts (runs, models, COUNTS), and distance (runs, models), the largest one of the
-    tip from that of a second flight, where there is one [m]; inf where they end differently."""
+    """Pairs with adaptive steps.
+
+    In addition to `Pairs`: end_time (runs, models) [s]; counts (runs, models, COUNTS); distance
+    (runs, models), the largest distance of the tip from that of a second run, if there is one [m],
+    inf if the two end with different status.
+    """
 
     def __init__(self, engines: Sequence[Engine], runs: int) -> None:
         super().__init__(engines, runs)
@@ -126,7 +132,7 @@ class ControlledPairs(Pairs):
         self.end_time, self.distance = np.zeros(shape), np.full(shape, np.nan)
 
     def fly_controlled(self, launch: Launch, finer: Tolerance | None) -> None:
-        """Fly some runs with all models; finer: the tolerance of second flights, if any."""
+        """Simulate some runs with all models; finer: the tolerance of second runs, if any."""
         first, n = self.engines[0], len(launch.runs)
         flown = [engine.kernels_for(n) for engine in self.engines]
         compared = deviation(first.dtype.name, flown[0].lanes), turning(first.dtype.name)
@@ -168,7 +174,7 @@ class ControlledPairs(Pairs):
 
 
 def _blocks(runs: int, lanes: int, samples: int, models: int, engine: Engine) -> list[slice]:
-    """Parts of the runs that are flown at once: as many as fit, and some for every thread."""
+    """Return blocks of runs: each fits into memory, and every thread gets several."""
     kind = engine.device.split(":")[0]
     most = int(_BLOCK_BYTES[kind] / (8 * POSE * models * samples))
     if kind == "cpu" and engine.threads > 1:

@@ -1,4 +1,4 @@
-"""Rows of runs: which lie side by side, and which samples of a log a run has not reached."""
+"""Rows of runs: adjacent indices, and samples of a log that a run has not reached."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ Array = np.ndarray
 
 
 def adjacent(rows: Array) -> Array | slice:
-    """Indices (n,) as a slice, which takes no copy, where they lie side by side."""
+    """Return indices (n,) as a slice, which needs no copy, if they are consecutive."""
     first, last = int(rows[0]), int(rows[-1])
     beside = len(rows) == last - first + 1 and bool((np.diff(rows) == 1).all())
     return slice(first, last + 1) if beside else rows
 
 
 def forget_unreached(rows: Array, status: Array, last_step: Array, sample_after: Array) -> None:
-    """Make NaN, of rows (runs, samples, columns), what runs that ended early have not reached.
+    """Set rows (runs, samples, columns) to NaN that runs with an early stop have not reached.
 
     status, last_step: (runs,), of the roll-out; sample_after: (steps,), as in a Grid.
     """

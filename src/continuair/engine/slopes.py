@@ -1,4 +1,4 @@
-"""Derivatives of a flight's steps and tips, launched over an engine's threads."""
+"""Derivatives of steps and tips of a simulation, launched over an engine's threads."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ Array = np.ndarray
 
 
 class Slopes:
-    """Derivatives along inputs, state, start and fields of one vehicle, by an engine of one model.
+    """Derivatives with respect to inputs, state, initial state and fields of one vehicle.
 
-    directions: where those of the inputs, state and start stand; fields: those of the tangents.
+    directions: indices of inputs, state and initial state; fields: indices of the tangents.
     """
 
     def __init__(self, engine: Engine, tangents: Tangents) -> None:
         self.engine = engine
-        # Kernels for arms that are not turned leave out what turning them would change.
+        # Kernels for arms without rotated mounts lack the terms of a rotation.
         self._tree = replace(engine.tree, turned=engine.tree.turned or tangents.of_attitudes)
         self._kernel, Vehicles = step_slopes(self._tree, engine.model)
         self.directions = Directions(engine.layout, engine.model == "independent")
@@ -40,7 +40,7 @@ class Slopes:
         self._vehicles.coefficients = engine.upload(self._dual(engine.table[0], tangents.table))
 
     def of_steps(self, grid: Any, drive: Drive, log: Array, part: slice) -> Array:
-        """Derivatives (n, directions, state) of the ends of some steps.
+        """Return derivatives (n, directions, state) of the states at the ends of some steps.
 
         log: states (steps + 1, columns) at the starts of all steps, and at the end.
         """
@@ -54,7 +54,7 @@ class Slopes:
         return self._launched(self._kernel, part, engine.layout.state, launch)
 
     def of_tips(self, log: Array) -> Array:
-        """Derivatives (n, directions, tip_columns) at states (n, columns)."""
+        """Return derivatives (n, directions, tip_columns) at states (n, columns)."""
         engine = self.engine
         width = width_of(tip_columns(engine.layout.arms))
 
@@ -64,7 +64,7 @@ class Slopes:
         return self._launched(tip_slopes(self._tree), slice(0, len(log)), width, launch)
 
     def _launched(self, kernel: wp.Kernel, part: slice, width: int, arguments: Any) -> Array:
-        """What a kernel finds (n, directions, width) for rows of a part, on all threads."""
+        """Return the results of a kernel (n, directions, width) for some rows, on all threads."""
         engine, count = self.engine, part.stop - part.start
         out = np.empty((count, self.fields.stop, width))
 
@@ -81,9 +81,10 @@ class Slopes:
         return out
 
     def _dual(self, values: Array, tangents: Array) -> Array:
-        """Numbers (..., n), each before its derivatives: (blocks, ..., n (1 + DIRECTIONS)).
+        """Return dual numbers (blocks, ..., n (1 + DIRECTIONS)): values before their derivatives.
 
-        tangents: derivatives along the fields, (fields, ..., n); along other directions it is 0.
+        values: (..., n); tangents: derivatives with respect to the fields, (fields, ..., n). Other
+        derivatives are 0.
         """
         rows = np.zeros((self._blocks * DIRECTIONS, *values.shape))
         if len(tangents):

@@ -1,8 +1,8 @@
-"""How what kernels read of a vehicle changes with a field of it: differences of the host's packing.
+"""Derivatives of packed parameters with respect to fields of a vehicle, by finite differences.
 
-Packing a vehicle is a smooth closed form of its fields, so that differences of fourth order are
-right to about 1e-11 where steps are 2e-4 of the scale on which a field counts. That is its value;
-or, of a field that is 0 or hardly counts, found by steps that get shorter until they agree.
+Packing is a smooth closed form of the fields, so that differences of fourth order are accurate to
+about 1e-11 with steps of 2e-4 of a field's scale. The scale is the field's value. For a field that
+is 0, or has little effect, steps are shortened until results agree.
 """
 
 from __future__ import annotations
@@ -22,36 +22,39 @@ from continuair.warning import untold
 Array = np.ndarray
 
 _STEP = 2e-4
-"""Of a difference, as a share of the field's scale. Quaternions keep their norm of 1 to the 1e-3
-that they are read with."""
+"""Step of a difference, as a share of the field's scale. Quaternions then keep their norm of 1
+within the 1e-3 that is accepted."""
 
 _SHORTER, _MOST = 8.0, 16
-"""The factor by which scales get shorter, and how often they do at the most."""
+"""Factor by which scales are shortened, and the most repetitions."""
 
 _AGREE = 3e-8
-"""Share of a derivative by which two steps in a row may differ, beside what rounding explains."""
+"""Relative difference of derivatives with successive steps, beyond rounding."""
 
 _ROUNDING = 16 * np.finfo(float).eps
-"""Of a difference before its step divides it, as a share of the number: sums of weights are up to
-11, and BLAS of different processors round differently."""
+"""Rounding error of a difference before division by its step, relative to the number: sums of
+weights are up to 11, and BLAS rounds differently on different processors."""
 
 _COUNTS = 1e-3
-"""Change of a number along the scale of a field, as a share of that number, which counts: of
-smaller ones rounding leaves too few digits to agree."""
+"""Relative change of a number over the scale of a field that counts. Rounding leaves smaller
+changes too few digits to agree."""
 
 _STENCILS = (
     (np.array([-2.0, -1.0, 1.0, 2.0]), np.array([1.0, -8.0, 8.0, -1.0]) / 12.0),
     (np.arange(5.0), np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12.0),
     (-np.arange(5.0), -np.array([-25.0, 48.0, -36.0, 16.0, -3.0]) / 12.0),
 )
-"""Places and weights of differences of fourth order: central, and to one side where the other is
-refused, such as a mass below 0 or a disk beyond the end of its section."""
+"""Positions and weights of differences of fourth order: central, and one-sided if the other side is
+invalid, such as a negative mass or a disk beyond the end of its section."""
 
 
 @dataclass(frozen=True)
 class Tangents:
-    """Derivatives of a plain vehicle's plant (directions, numbers) and polynomials (directions,
-    terms, functions) along fields: names -> their shapes, whose entries are directions in turn."""
+    """Derivatives of a plain vehicle's packed parameters with respect to fields.
+
+    fields: name -> shape; the entries of all fields, in order, are the directions. plants:
+    (directions, numbers). table: polynomials (directions, terms, functions).
+    """
 
     fields: dict[str, tuple[int, ...]]
     plants: Array
@@ -59,11 +62,11 @@ class Tangents:
 
     @property
     def of_attitudes(self) -> bool:
-        """Whether a field is an attitude, or a number of one."""
+        """Return whether a field is an attitude, or an entry of one."""
         return any("attitude" in name.split(".") for name in self.fields)
 
     def named(self, directions: Array) -> dict[str, Array]:
-        """Derivatives along the directions (directions,) as arrays of the fields' shapes."""
+        """Return derivatives (directions,) as arrays with the fields' shapes."""
         found, first = {}, 0
         for name, shape in self.fields.items():
             size = int(np.prod(shape))
@@ -73,9 +76,9 @@ class Tangents:
 
 
 def tangents_of(vehicle: Vehicle, fields: tuple[str, ...], Plant: Any) -> Tangents:
-    """Tangents along fields, by their dotted names; Plant: the struct that holds a vehicle.
+    """Return the derivatives with respect to fields, by dotted names; Plant: struct of a vehicle.
 
-    Raises InputError for what is no number or array of numbers.
+    Raises InputError for a field that is not numeric.
     """
     shapes, plants, tables = {}, [], []
     own = pack_plants(vehicle, Plant).view(float).ravel(), pack_table(vehicle, 1)[0]
@@ -91,7 +94,7 @@ def tangents_of(vehicle: Vehicle, fields: tuple[str, ...], Plant: Any) -> Tangen
 
 
 def _numbers(vehicle: Vehicle, name: str) -> Array:
-    """The value of a field."""
+    """Return the numeric value of a field."""
     value = value_of(vehicle, name)
     try:
         found = np.asarray(value, float)
@@ -99,15 +102,18 @@ def _numbers(vehicle: Vehicle, name: str) -> Array:
         found = np.array(np.nan)
     if not np.isfinite(found).all() or found.ndim > 2 or not found.size:
         raise InputError(
-            f"fields holds {name}, which is {shown(value)} in the vehicle; name fields that hold "
-            "numbers, such as arm.length or uav.mass."
+            f"fields holds {name}, which is {shown(value)} in the vehicle; name numeric fields, "
+            "such as arm.length or uav.mass."
         )
     return found
 
 
 def _moves(value: Array) -> Iterator[Array]:
-    """For each entry of a value what moves. Matrices stay symmetric: beside the diagonal both
-    entries move by a half, so that derivatives times changes add up over all entries."""
+    """Yield the change of a value for each of its entries.
+
+    Matrices stay symmetric: both off-diagonal entries change by a half, so that the sum over all
+    entries of derivatives times changes is the total change.
+    """
     for index in np.ndindex(value.shape):
         moved = np.zeros(value.shape)
         for entry in (index, index[::-1]):
@@ -118,7 +124,7 @@ def _moves(value: Array) -> Iterator[Array]:
 def _tangent(
     vehicle: Vehicle, name: str, value: Array, moved: Array, own: tuple[Array, Array], Plant: Any
 ) -> tuple[Array, Array]:
-    """Derivatives of plant and polynomials as a value moves; own: both of the vehicle itself."""
+    """Return derivatives of plant and polynomials along a change; own: both of the vehicle."""
 
     def along(scale: float) -> tuple[Array, Array]:
         return _difference(vehicle, name, value, _STEP * scale * moved, _STEP * scale, Plant)
@@ -144,7 +150,7 @@ def _tangent(
 
 
 def _counts(found: tuple[Array, Array], own: tuple[Array, Array], scale: float) -> bool:
-    """Whether some number changes along the scale of a field by more than rounding tells of."""
+    """Return whether a number changes over the scale of a field by more than rounding."""
     return any(
         bool((np.abs(slope) * scale > _COUNTS * np.abs(of)).any())
         for slope, of in zip(found, own, strict=True)
@@ -152,8 +158,10 @@ def _counts(found: tuple[Array, Array], own: tuple[Array, Array], scale: float) 
 
 
 def _apart(found: Array, finer: Array, own: Array, scale: float) -> float:
-    """The largest share by which derivatives of numbers, or of columns of them, differ by more
-    than rounding; scale: of the first, the second's is shorter."""
+    """Return the largest relative difference of derivatives beyond rounding.
+
+    Tables are compared by columns. scale: of the first derivative; the second's is shorter.
+    """
     size = np.maximum(np.abs(finer), _COUNTS * np.abs(own) / scale)
     off, rounding = np.abs(found - finer), _ROUNDING * _SHORTER / (_STEP * scale) * np.abs(own)
     if found.ndim > 1:
@@ -165,7 +173,7 @@ def _apart(found: Array, finer: Array, own: Array, scale: float) -> float:
 def _difference(
     vehicle: Vehicle, name: str, value: Array, moved: Array, step: float, Plant: Any
 ) -> tuple[Array, Array]:
-    """Differences of fourth order as a value moves; moved: by a step."""
+    """Return differences of fourth order along a change of a value; moved: change by one step."""
     refused: list[InputError] = []
     for places, weights in _STENCILS:
         values = value + np.multiply.outer(places, moved)

@@ -1,4 +1,4 @@
-"""Checks of a user's own terms: they return an Acting, and their numbers keep all digits."""
+"""Checks of user-defined terms: they return an Acting, and their constants keep all digits."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ from continuair.terms import TERMS
 
 @made_once
 def check_terms(tree: Tree) -> None:
-    """Raise InputError for a term of a user's own that does not return an Acting, has an energy
-    that it does not tell of, or whose functions hold numbers that lose digits."""
+    """Raise InputError for an invalid user-defined term.
+
+    It must return an Acting, declare its energy, and have constants that keep all digits.
+    """
     numbers = Numbers("float64")
     for term in (each for each in tree.terms if type(each) not in TERMS):
         name, acting = type(term).__name__, term.device(Device(numbers, tree))
@@ -33,8 +35,8 @@ def check_terms(tree: Tree) -> None:
             )
         if acting.energy is not None and not term.has_energy:
             raise InputError(
-                f"term {name} returns an energy, but does not say so; set has_energy = True in its "
-                "class, or leave the energy out."
+                f"term {name} returns an energy, but has_energy is False; set has_energy = True in "
+                "its class, or leave the energy out."
             )
         real = device_types(numbers, tree).Real
         for function in _functions(_parts(acting, tree), set()):
@@ -49,7 +51,7 @@ def _parts(acting: Acting, tree: Tree) -> list[Any]:
 
 
 def _functions(values: Any, known: set[int]) -> Iterator[Any]:
-    """A user's device functions among some values, and those that they and ours call."""
+    """Yield user-defined device functions among values, and in functions that these call."""
     for value in values:
         if not isinstance(value, wp.Function) or getattr(value, "func", None) is None:
             continue

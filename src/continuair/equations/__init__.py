@@ -1,10 +1,10 @@
-"""The paper's equations in the paper's coordinates, in plain NumPy: to read beside the paper.
+"""Equations of the paper in the paper's coordinates, in plain NumPy.
 
 q = [x y z φ θ ψ κ ψa], with (κ, ψa) of every section where there are several, arm by arm from the
-base out. Slow and literal, and the oracle of the fast kernels, with which it shares no code. Source
-throughout: Amiri, Sepahvand, Mantegh, Janabi-Sharifi, arXiv 2602.18684; more sections and arms are
-its section composed. Every function of q also accepts complex q, which the Christoffel symbols are
-differentiated with.
+base out. The functions are slow and literal. They share no code with the fast kernels, and tests
+compare the kernels with them. Source throughout: Amiri, Sepahvand, Mantegh, Janabi-Sharifi, arXiv
+2602.18684; several sections and arms compose the paper's section. Every function of q also accepts
+complex q, which the Christoffel symbols need for differentiation by complex steps.
 """
 
 from continuair.equations.appendix import appendix_b, integrated_coupling
@@ -29,7 +29,7 @@ from continuair.equations.dynamics import (
     masks,
     potential_energy,
 )
-from continuair.equations.eye import (
+from continuair.equations.image import (
     camera_jacobian,
     camera_pose,
     image_jacobian,

@@ -2,20 +2,37 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from continuair.equations.kinematics import Array, bend_of, rotation
 from continuair.vehicle.vehicle import Vehicle
 
 
-def appendix_b(vehicle: Vehicle, q: Array, s: float) -> tuple[Any, Any]:
-    """(M₁₇, M₁₈) of Appendix B exactly as printed: the integrand at arc length s [m].
+def appendix_b(vehicle: Vehicle, q: Array, s: float) -> tuple[float, float]:
+    """Return M₁₇ and M₁₈ of Appendix B exactly as printed: the integrand at arc length s.
 
-    The paper calls them elements of M, but they are yet to be integrated over s
-    (`integrated_coupling`). The printed κ is the total bend angle, and κ l is inserted for it; so
-    M₁₇, which is conjugate to it, times l is the integrand conjugate to κ in 1/m.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with one arm of one section.
+    q : array (8,)
+        The paper's coordinates [m, rad, 1/m].
+    s : float
+        Arc length from the base [m].
+
+    Returns
+    -------
+    M17 : float
+        Integrand conjugate to the total bend angle.
+    M18 : float
+        Integrand conjugate to ψa.
+
+    Notes
+    -----
+    Appendix B, Amiri et al. (2026). The paper calls them elements of M, but they have yet to be
+    integrated over s (`integrated_coupling`). The printed κ is the total bend angle; κ l is
+    inserted for it. M₁₇ is conjugate to that angle, so that M₁₇ l is the integrand conjugate to κ
+    in 1/m.
     """
     length, r, ρ = vehicle.arm.length, vehicle.arm.radius, vehicle.arm.density
     φ, θ, ψ = q[3:6]
@@ -48,11 +65,27 @@ def appendix_b(vehicle: Vehicle, q: Array, s: float) -> tuple[Any, Any]:
 
 
 def integrated_coupling(vehicle: Vehicle, q: Array) -> tuple[Array, Array]:
-    """M₁₋₃,₇ and M₁₋₃,₈, (3,) each: Appendix B integrated over the backbone, κ in 1/m.
+    """Return Appendix B integrated over the backbone, for κ in 1/m.
 
-    ρA R [a cos ψa, a sin ψa, b] and ρA R [-c sin ψa, c cos ψa, 0] with x = κ l,
-    a = (2 sin x - x - x cos x)/κ³, b = (2 - 2 cos x - x sin x)/κ³, c = (x - sin x)/κ². The paper
-    prints the first component only, of the integrand only, with κ l for κ. Disks are left out.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with one arm of one section.
+    q : array (8,)
+        The paper's coordinates [m, rad, 1/m].
+
+    Returns
+    -------
+    by_kappa : array (3,)
+        Elements M₁₋₃,₇ in world axes, without the arm's disks.
+    by_psi : array (3,)
+        Elements M₁₋₃,₈, likewise.
+
+    Notes
+    -----
+    ρA R [a cos ψa, a sin ψa, b] and ρA R [-c sin ψa, c cos ψa, 0] with x = κ l, a = (2 sin x - x -
+    x cos x)/κ³, b = (2 - 2 cos x - x sin x)/κ³, c = (x - sin x)/κ². Appendix B of Amiri et al.
+    (2026) prints the first component only, of the integrand only, with κ l for κ.
     """
     κ, ψ = bend_of(vehicle, q)
     x = κ * vehicle.arm.length

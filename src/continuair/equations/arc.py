@@ -1,24 +1,40 @@
-"""An arc of constant curvature in the axes of its base, from which it hangs: Eqs. (2) to (5).
+"""An arc of constant curvature in the axes of its base, below which it hangs: Eqs. (2) to (5).
 
-κ [1/m] and ψ [rad] are its bend, κ not 0; arc lengths s [m] may be arrays (...).
+κ [1/m] and ψ [rad] are its curvature and bend direction, κ not 0; arc lengths s [m] may be arrays.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from continuair.equations.turns import Array, about_y, about_z
+from continuair.equations.turns import Angle, Array, TipFrame, about_y, about_z
 from continuair.errors import InputError, shown
+from continuair.typing import ArrayLike
 
 TIP_FRAMES = ("untwisted", "frenet")
 
 
-def arc_position(κ: Any, ψ: Any, s: Any) -> Array:
-    """F(s, κ, ψ), Eq. (2): points (..., 3) from the base [m].
+def arc_position(κ: Angle, ψ: Angle, s: ArrayLike) -> Array:
+    """Return points of an arc in the axes of its base.
 
-    The paper prints z = +sin(κs)/κ; the arm hangs, and Appendix A is the derivative of -sin(κs)/κ.
+    Parameters
+    ----------
+    κ : float or complex
+        Curvature [1/m], not 0.
+    ψ : float or complex
+        Bend direction [rad].
+    s : array_like (...)
+        Arc lengths from the base [m].
+
+    Returns
+    -------
+    array (..., 3)
+        Points from the base [m].
+
+    Notes
+    -----
+    F(s, κ, ψ), Eq. (2) of Amiri et al. (2026). The paper prints z = +sin(κs)/κ. The arm hangs, and
+    Appendix A is the derivative of -sin(κs)/κ, which is used here.
     """
     s = np.asarray(s)
     # 1 - cos x as 2 sin² x/2, which keeps its digits near straight.
@@ -26,32 +42,81 @@ def arc_position(κ: Any, ψ: Any, s: Any) -> Array:
     return np.stack([out * np.cos(ψ), out * np.sin(ψ), -np.sin(s * κ) / κ], axis=-1)
 
 
-def arc_tangent(κ: Any, ψ: Any, s: Any) -> Array:
-    """Unit tangents (..., 3), away from the base: the slope of F by s."""
+def arc_tangent(κ: Angle, ψ: Angle, s: Angle) -> Array:
+    """Return unit tangents (..., 3), away from the base: the derivative of F with respect to s."""
     sine = np.sin(κ * s)
     return np.stack([sine * np.cos(ψ), sine * np.sin(ψ), -np.cos(κ * s)], axis=-1)
 
 
-def arc_rotation(κ: Any, ψ: Any, s: Any, tip_frame: str = "untwisted") -> Array:
-    """Hanging axes (..., 3, 3) at s, whose -z is the tangent; those at s = 0 are the base's.
+def arc_rotation(κ: Angle, ψ: Angle, s: ArrayLike, tip_frame: TipFrame = "untwisted") -> Array:
+    """Return the axes of an arc's cross sections in the axes of its base.
 
-    "untwisted": Rz(ψ) Ry(-κs) Rz(-ψ), what a tendon-driven arm does, and what the next section
-    hangs from. "frenet": without Rz(-ψ), the frame of the paper's Eq. (5), which spins with ψ.
-    Raises InputError for any other frame.
+    Parameters
+    ----------
+    κ : float or complex
+        Curvature [1/m], not 0.
+    ψ : float or complex
+        Bend direction [rad].
+    s : array_like (...)
+        Arc lengths from the base [m].
+    tip_frame : {"untwisted", "frenet"}, default "untwisted"
+        Convention of the frame, see Notes.
+
+    Returns
+    -------
+    array (..., 3, 3)
+        Hanging axes at s, whose -z is the tangent; at s = 0 those of the base for "untwisted".
+
+    Raises
+    ------
+    InputError
+        If `tip_frame` is another name.
+
+    Notes
+    -----
+    "untwisted" is Rz(ψ) Ry(-κs) Rz(-ψ): the frame of a tendon-driven arm, and the base of the next
+    section. "frenet" omits Rz(-ψ): the frame of Eq. (5) of Amiri et al. (2026), which turns with ψ.
     """
     _check_frame(tip_frame)
     bent = about_z(ψ) @ about_y(-κ * np.asarray(s))
     return bent @ about_z(-ψ) if tip_frame == "untwisted" else bent
 
 
-def arc_jacobian(κ: Any, ψ: Any, s: Any, tip_frame: str = "untwisted") -> tuple[Array, Array]:
-    """J_pa (Appendix A) and J_oa (Eq. (5)), each (..., 3, 2): from (κ̇, ψ̇) to velocity and spin.
+def arc_jacobian(
+    κ: Angle, ψ: Angle, s: ArrayLike, tip_frame: TipFrame = "untwisted"
+) -> tuple[Array, Array]:
+    """Return the Jacobians of an arc from (κ̇, ψ̇) to linear and angular velocity.
 
-    Appendix A is used as printed. The paper's second column of J_oa, [0 0 1], is that of the Frenet
-    frame; the untwisted one is [sin κs cos ψ, sin κs sin ψ, 1 - cos κs]. Its first column,
-    [-s sin ψ, s cos ψ, 0], is that of an arm that points up, as Eq. (2) is printed; the hanging arm
-    of Appendix A turns the other way. Eq. (4) puts the rate of R_s into so(3), where it is the rate
-    times the transpose of R_s that belongs there.
+    Parameters
+    ----------
+    κ : float or complex
+        Curvature [1/m], not 0.
+    ψ : float or complex
+        Bend direction [rad].
+    s : array_like (...)
+        Arc lengths from the base [m].
+    tip_frame : {"untwisted", "frenet"}, default "untwisted"
+        Convention of the frame, as in `arc_rotation`.
+
+    Returns
+    -------
+    J_pa : array (..., 3, 2)
+        Linear Jacobian in the axes of the base.
+    J_oa : array (..., 3, 2)
+        Angular Jacobian, likewise.
+
+    Raises
+    ------
+    InputError
+        If `tip_frame` is another name.
+
+    Notes
+    -----
+    J_pa is Appendix A of Amiri et al. (2026) as printed; J_oa belongs to Eq. (5). The printed
+    second column of J_oa, [0 0 1], is that of the Frenet frame. The untwisted one is [sin κs cos ψ,
+    sin κs sin ψ, 1 - cos κs]. The first column here, [-s sin ψ, s cos ψ, 0] as printed, is that of
+    an arm that points up, as Eq. (2) is printed; the hanging arm of Appendix A turns the other way.
+    Eq. (4) puts the rate of R_s into so(3), where the rate times the transpose of R_s belongs.
     """
     _check_frame(tip_frame)
     s = np.asarray(s)
@@ -74,5 +139,5 @@ def _check_frame(tip_frame: str) -> None:
         raise InputError(f"tip_frame is {shown(tip_frame)}; use 'untwisted' or 'frenet'.")
 
 
-def _columns(first: list[Any], second: list[Any]) -> Array:
+def _columns(first: list[Array], second: list[Array]) -> Array:
     return np.stack([np.stack(first, -1), np.stack(second, -1)], -1)

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from continuair.equations.turns import euler_angles
+from continuair.equations.turns import Array, euler_angles
 from continuair.errors import InputError, shown
+from continuair.typing import ArrayLike
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 TIP_OF_STRAIGHT_ARM = np.diag([1.0, -1.0, -1.0])
 """Axes of the straight arm's tip frame in the arm's axes."""
 
 
 def on_body(vehicle: Vehicle) -> Array:
-    """Position (..., 3) of the camera in body axes with its arm straight [m]; without arms it is at
-    uav.mount."""
+    """Return the camera's position (..., 3) in body axes with its arm straight [m].
+
+    Without arms the camera is at uav.mount.
+    """
     off_tip = np.asarray(vehicle.camera.position) @ TIP_OF_STRAIGHT_ARM
     if not vehicle.arms:
         return np.asarray(vehicle.uav.mount + off_tip)
@@ -35,7 +34,7 @@ def on_body(vehicle: Vehicle) -> Array:
 
 
 def axes_on_body(vehicle: Vehicle) -> Array:
-    """The camera's axes (..., 3, 3) in body axes with its arm straight."""
+    """Return the camera's axes (..., 3, 3) in body axes with its arm straight."""
     tip = TIP_OF_STRAIGHT_ARM @ Rotation.from_quat(vehicle.camera.attitude).as_matrix()
     if not vehicle.has_arm_list or not vehicle.arms:
         return np.asarray(tip)
@@ -43,10 +42,29 @@ def axes_on_body(vehicle: Vehicle) -> Array:
     return np.asarray(Rotation.from_quat(arm.attitude).as_matrix() @ tip)
 
 
-def facing(vehicle: Vehicle, point: Any, distance: Any) -> tuple[Array, Array]:
-    """UAV position (..., 3) [m] and Euler angles (φ, θ, ψ) with the camera `distance` (...) above a
-    point (..., 3), straight above it and looking down with x along the world's, all arms straight;
-    level for a camera that looks along its tip."""
+def facing(vehicle: Vehicle, point: ArrayLike, distance: ArrayLike) -> tuple[Array, Array]:
+    """Return the UAV pose from which the camera looks down at a point.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle or a batch, with a camera; all arms count as straight.
+    point : array_like (..., 3)
+        Point in world axes [m].
+    distance : array_like (...)
+        Height of the camera straight above the point [m].
+
+    Returns
+    -------
+    position : array (..., 3)
+        Position of the UAV in world axes [m].
+    angles : array (..., 3)
+        Euler angles (φ, θ, ψ) [rad], zero for a camera that looks along its tip.
+
+    Notes
+    -----
+    The camera's x axis is parallel to the world's.
+    """
     axes = axes_on_body(vehicle)
     turn = TIP_OF_STRAIGHT_ARM @ np.swapaxes(axes, -1, -2)
     above = np.multiply.outer(distance, [0.0, 0.0, 1.0])
@@ -54,10 +72,27 @@ def facing(vehicle: Vehicle, point: Any, distance: Any) -> tuple[Array, Array]:
     return np.asarray(at), euler_angles(turn)
 
 
-def project(points: Any) -> Array:
-    """Normalised image (2n,) of points (n, 3) [m] in camera axes, Eq. (13): X/Z and Y/Z in turn.
+def project(points: ArrayLike) -> Array:
+    """Project points in camera axes into the normalised image.
 
-    Raises InputError for a point that is not in front of the camera.
+    Parameters
+    ----------
+    points : array_like (n, 3)
+        Points in camera axes [m].
+
+    Returns
+    -------
+    array (2n,)
+        X/Z and Y/Z of each point in turn.
+
+    Raises
+    ------
+    InputError
+        If the shape differs, or a point is not in front of the camera.
+
+    Notes
+    -----
+    Eq. (13) of Amiri et al. (2026).
     """
     rows = np.asarray(points, float)
     if rows.ndim != 2 or rows.shape[1] != 3:
@@ -70,32 +105,96 @@ def project(points: Any) -> Array:
     return (rows[:, :2] / rows[:, 2:]).ravel()
 
 
-def to_pixels(camera: Camera, image: Any) -> Array:
-    """Pixels (..., 2n) from a normalised image (..., 2n), Eq. (13)."""
+def to_pixels(camera: Camera, image: ArrayLike) -> Array:
+    """Return pixels of a normalised image.
+
+    Parameters
+    ----------
+    camera : Camera
+        The camera's focal lengths and principal point [px].
+    image : array_like (..., 2n)
+        Normalised image coordinates.
+
+    Returns
+    -------
+    array (..., 2n)
+        Pixel coordinates.
+
+    Notes
+    -----
+    Eq. (13) of Amiri et al. (2026).
+    """
     image = np.asarray(image, float)
     n = image.shape[-1] // 2
     return image * np.tile(camera.focal_length, n) + np.tile(camera.principal_point, n)
 
 
-def to_normalised(camera: Camera, pixels: Any) -> Array:
-    """Normalised image (..., 2n) from pixels (..., 2n), Eq. (13)."""
+def to_normalised(camera: Camera, pixels: ArrayLike) -> Array:
+    """Return the normalised image of pixels.
+
+    Parameters
+    ----------
+    camera : Camera
+        The camera's focal lengths and principal point [px].
+    pixels : array_like (..., 2n)
+        Pixel coordinates.
+
+    Returns
+    -------
+    array (..., 2n)
+        Normalised image coordinates.
+
+    Notes
+    -----
+    Eq. (13) of Amiri et al. (2026).
+    """
     pixels = np.asarray(pixels, float)
     n = pixels.shape[-1] // 2
     return (pixels - np.tile(camera.principal_point, n)) / np.tile(camera.focal_length, n)
 
 
-def in_view(camera: Camera, image: Any, depth: Any) -> Array:
-    """Whether each point (..., n) lies in the image and in front of the camera."""
+def in_view(camera: Camera, image: ArrayLike, depth: ArrayLike) -> Array:
+    """Return whether points lie in the image and in front of the camera.
+
+    Parameters
+    ----------
+    camera : Camera
+        The camera's intrinsics and image size [px].
+    image : array_like (..., 2n)
+        Normalised image coordinates.
+    depth : array_like (..., n)
+        Depths along the optical axis [m].
+
+    Returns
+    -------
+    array (..., n) of bool
+        True for each point in view.
+    """
     pixels = to_pixels(camera, image)
     pairs = pixels.reshape(*pixels.shape[:-1], -1, 2)
     inside = ((pairs >= 0.0) & (pairs <= np.asarray(camera.image_size, float))).all(-1)
     return inside & (np.asarray(depth) > 0.0)
 
 
-def interaction_matrix(image: Any, depth: Any) -> Array:
-    """L (..., 2n, 6) in normalised coordinates, Eq. (14): the image's rate per camera twist.
+def interaction_matrix(image: ArrayLike, depth: ArrayLike) -> Array:
+    """Return the interaction matrix of a normalised image.
 
-    image: (..., 2n); depth: (..., n) or one for all [m]. The twist is (v, ω) in camera axes.
+    Parameters
+    ----------
+    image : array_like (..., 2n)
+        Normalised image coordinates.
+    depth : array_like (..., n) or float
+        Depths along the optical axis, or one for all points [m].
+
+    Returns
+    -------
+    array (..., 2n, 6)
+        L, from the camera's twist (v, ω) in camera axes [m/s, rad/s] to the rate of the image
+        [1/s].
+
+    Notes
+    -----
+    Eq. (14) of Amiri et al. (2026).
     """
     image = np.asarray(image, float)
     pairs = image.reshape(*image.shape[:-1], -1, 2)
@@ -107,7 +206,7 @@ def interaction_matrix(image: Any, depth: Any) -> Array:
     return np.stack([u, v], axis=-2).reshape(*image.shape, 6)
 
 
-def interaction_matrix_in_pixels(camera: Camera, pixels: Any, depth: Any) -> Array:
-    """L (..., 2n, 6) in pixels: the normalised one with each row times its focal length."""
+def interaction_matrix_in_pixels(camera: Camera, pixels: ArrayLike, depth: ArrayLike) -> Array:
+    """Return L (..., 2n, 6) in pixels: the normalised one with each row times its focal length."""
     L = interaction_matrix(to_normalised(camera, pixels), depth)
     return np.tile(camera.focal_length, L.shape[-2] // 2)[:, None] * L

@@ -1,13 +1,13 @@
 """Euler-Lagrange dynamics, Eqs. (8)-(10): M q̈ + C q̇ + G = τ - J_tᵀ F_e, with masks on M and C.
 
-Remark 1 concerns the kinematics: below κ_s, the masses and their weight take κ_s for κ, while the
-spring and the damper, which are regular there, keep the bend as it is.
+Remark 1 concerns the kinematics: below κ_s, the masses and their weight use κ_s for κ. The spring
+and the damper, which are regular there, use the actual bend.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -15,17 +15,29 @@ from continuair import checks
 from continuair.equations.kinematics import Array, check_coordinates, columns_of, jacobian, tip_of
 from continuair.equations.masses import mass_matrix, mass_times_height, weight_vector
 from continuair.errors import InputError, shown
+from continuair.typing import ArrayLike
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
+
+Mask: TypeAlias = Literal["coupled", "block", "diagonal"] | ArrayLike
+"""Factors of M and C, by name or as an array."""
 
 _COMPLEX_STEP = 1e-30
 
 
 def masks(coordinates: int) -> dict[str, Array]:
-    """What multiplies M and C of so many coordinates, by name.
+    """Return the factors of M and C that make up each dynamic model.
 
-    coupled: all; block: a block of the UAV and one of all arms ("decoupled" in the paper);
-    diagonal: the diagonal.
+    Parameters
+    ----------
+    coordinates : int
+        Number of coordinates, 6 + 2N for N sections.
+
+    Returns
+    -------
+    dict of str to array (coordinates, coordinates)
+        "coupled": all ones. "block": one block of the UAV and one of all arms ("decoupled" in the
+        paper). "diagonal": the diagonal.
     """
     of_uav = np.arange(coordinates) < 6
     blocks = (of_uav[:, None] == of_uav).astype(float)
@@ -41,10 +53,35 @@ MASKS: dict[str, Array] = masks(8)
 
 
 def coriolis_matrix(vehicle: Vehicle, q: Array, qd: Array, nodes: int = 24) -> Array:
-    """C (6 + 2N, 6 + 2N) of Eq. (10): C_ij = Σ ½ (∂_k M_ij + ∂_j M_ik - ∂_i M_jk) q̇_k, Christoffel.
+    """Return the Coriolis matrix from the Christoffel symbols of the mass matrix.
 
-    The paper does not print its C; this one makes Ṁ - 2C skew. Where |κ| <= κ_s, M does not change
-    with κ, and its slopes by κ are 0: switch Remark 1 off (kappa_s = 0) for a C near straight.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m].
+    qd : array (6 + 2N,)
+        Their rates.
+    nodes : int, default 24
+        Gauss-Legendre nodes on each section's backbone.
+
+    Returns
+    -------
+    array (6 + 2N, 6 + 2N)
+        C.
+
+    Raises
+    ------
+    InputError
+        If `q` or `qd` has another shape.
+
+    Notes
+    -----
+    C of Eq. (10), Amiri et al. (2026): C_ij = Σ ½ (∂_k M_ij + ∂_j M_ik - ∂_i M_jk) q̇_k. The paper
+    does not print its C; this one makes Ṁ - 2C skew. Where abs(κ) <= κ_s, M does not change with κ,
+    and its derivatives with respect to κ are 0. Set kappa_s = 0 to switch Remark 1 off near
+    straight.
     """
     check_coordinates("q", q, vehicle)
     check_coordinates("qd", qd, vehicle)
@@ -57,7 +94,29 @@ def coriolis_matrix(vehicle: Vehicle, q: Array, qd: Array, nodes: int = 24) -> A
 
 
 def elastic_vector(vehicle: Vehicle, q: Array) -> Array:
-    """The elastic part of G (6 + 2N,): E I l κ on each κ, from ½ E I l κ²; not in the paper."""
+    """Return the elastic part of G.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m].
+
+    Returns
+    -------
+    array (6 + 2N,)
+        E I l κ at each κ [N m²], 0 elsewhere.
+
+    Raises
+    ------
+    InputError
+        If `q` has another shape.
+
+    Notes
+    -----
+    The derivative of ½ E I l κ². It is not in Amiri et al. (2026).
+    """
     check_coordinates("q", q, vehicle)
     G = np.zeros(len(q))
     for where, section in _bends(vehicle):
@@ -66,17 +125,63 @@ def elastic_vector(vehicle: Vehicle, q: Array) -> Array:
 
 
 def gravity_vector(vehicle: Vehicle, q: Array, gravity: float = 9.81, nodes: int = 24) -> Array:
-    """G (6 + 2N,) of Eq. (10): the slope of the potential energy, Eq. (9), gravity and elasticity.
+    """Return the derivative of the potential energy, of gravity and elasticity.
 
-    The paper calls it the gravity matrix, but without elasticity E would have no effect.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m].
+    gravity : float, default 9.81
+        Gravitational acceleration, downwards [m/s²].
+    nodes : int, default 24
+        Gauss-Legendre nodes on each section's backbone.
+
+    Returns
+    -------
+    array (6 + 2N,)
+        G.
+
+    Raises
+    ------
+    InputError
+        If `q` has another shape.
+
+    Notes
+    -----
+    G of Eq. (10), from Eq. (9) of Amiri et al. (2026). The paper calls it the gravity matrix;
+    without elasticity, E would have no effect.
     """
     return weight_vector(vehicle, q, gravity, nodes) + elastic_vector(vehicle, q)
 
 
 def damping_vector(vehicle: Vehicle, q: Array, qd: Array) -> Array:
-    """Structural damping (6 + 2N,), to be added on the left of Eq. (10), which has none.
+    """Return the structural damping, to be added on the left of Eq. (10).
 
-    The generalised force -d l k̇ on the bend vector is, in polar coordinates, -d l (κ̇, κ² ψ̇a).
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m].
+    qd : array (6 + 2N,)
+        Their rates.
+
+    Returns
+    -------
+    array (6 + 2N,)
+        Generalised damping forces [N m² at κ, N m at ψa], 0 for the UAV.
+
+    Raises
+    ------
+    InputError
+        If `q` or `qd` has another shape.
+
+    Notes
+    -----
+    Eq. (10) of Amiri et al. (2026) has no damping. The generalised force -d l k̇ on the bend vector
+    is -d l (κ̇, κ² ψ̇a) in polar coordinates.
     """
     check_coordinates("q", q, vehicle)
     check_coordinates("qd", qd, vehicle)
@@ -89,19 +194,71 @@ def damping_vector(vehicle: Vehicle, q: Array, qd: Array) -> Array:
 
 
 def kinetic_energy(
-    vehicle: Vehicle, q: Array, qd: Array, mask: Any = "coupled", nodes: int = 24
+    vehicle: Vehicle, q: Array, qd: Array, mask: Mask = "coupled", nodes: int = 24
 ) -> float:
-    """½ q̇ᵀ M q̇ [J], Eq. (8), of the masked M (masks as in `forward_dynamics`).
+    """Return the kinetic energy of the masked mass matrix.
 
-    Where |κ| <= κ_s, M is that of κ_s, as Remark 1 is printed, which ψ̇a knows nothing of: of
-    motions that close to straight the energy is another; kappa_s = 0 switches it off.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m].
+    qd : array (6 + 2N,)
+        Their rates.
+    mask : {"coupled", "block", "diagonal"} or array (6 + 2N, 6 + 2N), default "coupled"
+        Factors of M, as in `forward_dynamics`.
+    nodes : int, default 24
+        Gauss-Legendre nodes on each section's backbone.
+
+    Returns
+    -------
+    float
+        Energy ½ q̇ᵀ M q̇ [J].
+
+    Raises
+    ------
+    InputError
+        If the mask is unknown, or a shape differs.
+
+    Notes
+    -----
+    Eq. (8) of Amiri et al. (2026). Where abs(κ) <= κ_s, M is that of κ_s, as Remark 1 is printed,
+    but ψ̇a is not adapted: the energy differs near straight. Set kappa_s = 0 to switch Remark 1
+    off.
     """
     M = _mask(mask, len(q)) * mass_matrix(vehicle, q, nodes)
     return float(0.5 * np.asarray(qd) @ M @ qd)
 
 
-def potential_energy(vehicle: Vehicle, q: Array, gravity: float = 9.81, nodes: int = 24) -> Any:
-    """Gravity and elastic energy [J], Eq. (9); gravity's is 0 at world z = 0."""
+def potential_energy(vehicle: Vehicle, q: Array, gravity: float = 9.81, nodes: int = 24) -> float:
+    """Return the energy of gravity and elasticity.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m].
+    gravity : float, default 9.81
+        Gravitational acceleration, downwards [m/s²].
+    nodes : int, default 24
+        Gauss-Legendre nodes on each section's backbone.
+
+    Returns
+    -------
+    float or complex
+        Potential energy [J], complex for complex `q`; that of gravity is 0 at world z = 0.
+
+    Raises
+    ------
+    InputError
+        If `q` has another shape.
+
+    Notes
+    -----
+    Eq. (9) of Amiri et al. (2026), and ½ E I l κ² of each section.
+    """
     energy = gravity * mass_times_height(vehicle, q, nodes)
     for where, section in _bends(vehicle):
         energy = energy + 0.5 * section.bending_stiffness * section.length * q[where.start] ** 2
@@ -112,27 +269,56 @@ def forward_dynamics(
     vehicle: Vehicle,
     q: Array,
     qd: Array,
-    tau: Any = 0.0,
-    tip_wrench: Any = 0.0,
+    tau: ArrayLike = 0.0,
+    tip_wrench: ArrayLike = 0.0,
     *,
-    mask: Any = "coupled",
+    mask: Mask = "coupled",
     tip_wrench_sign: int = 1,
     gravity: float = 9.81,
     nodes: int = 24,
 ) -> Array:
-    """q̈ (6 + 2N,) of Eq. (10), with M and C multiplied by a mask, G and external forces untouched.
+    """Return the accelerations of the paper's coordinates.
 
-    q, qd: the paper's coordinates and rates, (8,) for one section. tau: generalised forces,
-    conjugate to q, or 0: force in world axes [N], torques conjugate to the Euler angles [N m], and
-    for each section Q_κ [N m²; the paper says N m] and Q_ψa [N m]. tip_wrench: force [N] and moment
-    [N m] at each arm's tip in turn, (6,) for one, in world axes, or 0, through the untwisted J_t;
-    tip_wrench_sign 1 lets it act on the tip, -1 is the paper's -J_tᵀ F_e.
-    mask: "coupled"; "block", the paper's decoupled model: "off-diagonal elements" set to zero, read
-    as the blocks between UAV (6) and arms (2N); "diagonal", the same read element by element; or
-    any array of factors. Where |κ| <= κ_s, M, C and J_t are those of κ_s, as Remark 1 is printed,
-    which q̇ knows nothing of: switch it off (kappa_s = 0), or use `accelerations`, for motions that
-    close to straight. Raises InputError for a wrong mask or shape, and for a vehicle with drag,
-    which Eq. (10) lacks.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch) without drag or terms of its own.
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m], (8,) for one section.
+    qd : array (6 + 2N,)
+        Their rates.
+    tau : array_like (6 + 2N,) or 0, default 0
+        Generalised forces conjugate to q: force in world axes [N], torques conjugate to the Euler
+        angles [N m], and for each section Q_κ [N m²; the paper says N m] and Q_ψa [N m].
+    tip_wrench : array_like (6 arms,) or 0, default 0
+        Force [N] and moment [N m] at each arm's tip in turn, in world axes, through the untwisted
+        J_t.
+    mask : {"coupled", "block", "diagonal"} or array_like (6 + 2N, 6 + 2N), default "coupled"
+        Factors of M and C; see Notes. G and external forces have none.
+    tip_wrench_sign : {1, -1}, default 1
+        1: the wrench acts on the tip. -1: the paper's -J_tᵀ F_e.
+    gravity : float, default 9.81
+        Gravitational acceleration, downwards [m/s²].
+    nodes : int, default 24
+        Gauss-Legendre nodes on each section's backbone.
+
+    Returns
+    -------
+    array (6 + 2N,)
+        Accelerations q̈.
+
+    Raises
+    ------
+    InputError
+        If the mask is unknown, a shape differs, or the vehicle has drag, which Eq. (10) lacks.
+
+    Notes
+    -----
+    Eq. (10) of Amiri et al. (2026), with structural damping. "block" is the paper's decoupled
+    model: its "off-diagonal elements" set to zero are read as the blocks between UAV (6) and arms
+    (2N). "diagonal" reads them element by element. Where abs(κ) <= κ_s, M, C and J_t are those of
+    κ_s, as Remark 1 is printed, but q̇ is not adapted. Near straight, set kappa_s = 0 or use
+    `accelerations`.
     """
     check_without_drag(vehicle)
     arms, n = len(vehicle.arms), vehicle.layout.coordinates
@@ -150,7 +336,18 @@ def forward_dynamics(
 
 
 def check_without_drag(vehicle: Vehicle) -> None:
-    """Raise InputError for a vehicle with drag or terms of its own, which Eq. (10) lacks."""
+    """Raise InputError for a vehicle with drag or terms of its own, which Eq. (10) lacks.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle to check.
+
+    Raises
+    ------
+    InputError
+        If it has drag on the UAV or a section, or terms of its own.
+    """
     if vehicle.terms:
         raise InputError(
             f"vehicle {shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, which "
@@ -168,14 +365,14 @@ def check_without_drag(vehicle: Vehicle) -> None:
 
 
 def _bends(vehicle: Vehicle) -> Iterator[tuple[slice, Section]]:
-    """Every section, and where its (κ, ψa) are in q."""
+    """Yield every section with the slice of its (κ, ψa) in q."""
     for arm, chain in enumerate(vehicle.arms):
         for index, section in enumerate(chain.section):
             yield columns_of(vehicle, arm, index), section
 
 
 def _mass_slopes(vehicle: Vehicle, q: Array, nodes: int) -> Array:
-    """∂M/∂q_k, k first, exact to rounding: M is analytic, so a complex step is."""
+    """Return ∂M/∂q_k, k first, by complex steps: M is analytic, so they are exact to rounding."""
     slopes = np.zeros((len(q), len(q), len(q)))
     for k in range(3, len(q)):
         shifted = q.astype(complex)
@@ -184,7 +381,7 @@ def _mass_slopes(vehicle: Vehicle, q: Array, nodes: int) -> Array:
     return slopes
 
 
-def _mask(mask: Any, n: int) -> Array:
+def _mask(mask: Mask, n: int) -> Array:
     if isinstance(mask, str):
         named = masks(n)
         if mask not in named:
@@ -194,8 +391,8 @@ def _mask(mask: Any, n: int) -> Array:
     return of_shape("mask", mask, (n, n))
 
 
-def of_shape(name: str, value: Any, shape: tuple[int, ...], *, or_zero: bool = False) -> Array:
-    """A value as an array of a shape, or zeros for a 0 if that may be given; else InputError."""
+def of_shape(name: str, value: object, shape: tuple[int, ...], *, or_zero: bool = False) -> Array:
+    """Return a value as an array of a shape, zeros for a 0 if `or_zero`; else raise InputError."""
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):

@@ -1,8 +1,8 @@
-"""What has mass: M of Eq. (10), and the weight and height of Eq. (9).
+"""Masses: M of Eq. (10), and the weight and potential energy of Eq. (9).
 
-Slices of the backbone at Gauss-Legendre nodes, disks, and the bodies on the tips. The paper's
-Assumption 1 drops disks; they, the bodies, and the rotary inertia of the slices (ρI across, 2ρI
-along the tangent) are included here.
+Slices of the backbone at Gauss-Legendre nodes, disks, and the bodies on the tips have mass. The
+paper's Assumption 1 drops disks. They, the bodies, and the rotary inertia of the slices (ρI across,
+2ρI along the tangent) are included here.
 """
 
 from __future__ import annotations
@@ -33,9 +33,30 @@ _gauss_nodes = functools.lru_cache(np.polynomial.legendre.leggauss)
 
 
 def mass_matrix(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
-    """M (6 + 2N, 6 + 2N) of Eq. (10): the Hessian in q̇ of the kinetic energy, Eq. (8).
+    """Return the mass matrix, the Hessian of the kinetic energy in q̇.
 
-    nodes: Gauss-Legendre nodes on each section's backbone.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m].
+    nodes : int, default 24
+        Gauss-Legendre nodes on each section's backbone.
+
+    Returns
+    -------
+    array (6 + 2N, 6 + 2N)
+        M.
+
+    Raises
+    ------
+    InputError
+        If `q` has another shape.
+
+    Notes
+    -----
+    M of Eq. (10), from Eq. (8) of Amiri et al. (2026).
     """
     check_coordinates("q", q, vehicle)
     q = np.asarray(q)
@@ -59,7 +80,33 @@ def mass_matrix(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
 
 
 def weight_vector(vehicle: Vehicle, q: Array, gravity: float = 9.81, nodes: int = 24) -> Array:
-    """The part of G (6 + 2N,) that the paper names, by gravity [m/s²], which acts downwards."""
+    """Return the part of G due to gravity.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch).
+    q : array (6 + 2N,)
+        The paper's coordinates [m, rad, 1/m].
+    gravity : float, default 9.81
+        Gravitational acceleration, downwards [m/s²].
+    nodes : int, default 24
+        Gauss-Legendre nodes on each section's backbone.
+
+    Returns
+    -------
+    array (6 + 2N,)
+        The part of G that the paper names.
+
+    Raises
+    ------
+    InputError
+        If `q` has another shape.
+
+    Notes
+    -----
+    From Eq. (9) of Amiri et al. (2026).
+    """
     check_coordinates("q", q, vehicle)
     G = np.zeros(len(q), dtype=np.result_type(q, float))
     for arm, index, section in _sections(vehicle):
@@ -72,8 +119,8 @@ def weight_vector(vehicle: Vehicle, q: Array, gravity: float = 9.81, nodes: int 
     return G
 
 
-def mass_times_height(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
-    """Σ m z of the whole vehicle [kg m], in Eq. (9); z is the world's."""
+def mass_times_height(vehicle: Vehicle, q: Array, nodes: int = 24) -> float:
+    """Return Σ m z of the whole vehicle [kg m], in Eq. (9), with z of the world."""
     total = vehicle.uav.mass * q[2]
     for arm, index, section in _sections(vehicle):
         s, mass, _, _ = slices(section, nodes)
@@ -85,39 +132,58 @@ def mass_times_height(vehicle: Vehicle, q: Array, nodes: int = 24) -> Array:
 
 
 def _squared(rows: Array, weights: Array) -> Array:
-    """Σ weight JᵀJ (k, k) over the Jacobians J (n, i, k) of n slices."""
+    """Return Σ weight JᵀJ (k, k) over the Jacobians J (n, i, k) of n slices."""
     flat = rows.reshape(-1, rows.shape[-1])
     return np.asarray((np.repeat(weights, rows.shape[1])[:, None] * flat).T @ flat)
 
 
 def _sections(vehicle: Vehicle) -> Iterator[tuple[int, int, Section]]:
-    """Every section with its arm's index and its own."""
+    """Yield every section with the index of its arm and its own."""
     for arm, chain in enumerate(vehicle.arms):
         for index, section in enumerate(chain.section):
             yield arm, index, section
 
 
 def _tip_bodies(vehicle: Vehicle) -> Iterator[tuple[int, TipBody]]:
-    """The body on the tip of every arm that has one, with the arm's index."""
+    """Yield the body on the tip of every arm that has one, with the index of the arm."""
     for arm, chain in enumerate(vehicle.arms):
         if chain.tip:
             yield arm, chain.tip
 
 
 def _tip_axes(vehicle: Vehicle, q: Array, arm: int) -> Array:
-    """Axes (3, 3) of an arm's tip, and of the body on it, in the world."""
+    """Return the axes (3, 3) of an arm's tip, and of the body on it, in the world."""
     return rotation(q) @ section_rotation(vehicle, q, **tip_of(vehicle, arm))
 
 
 def _body_jacobian(vehicle: Vehicle, q: Array, arm: int, body: TipBody) -> Array:
-    """J (6, 6 + 2N) at the centre of the body on an arm's tip, in world axes."""
+    """Return J (6, 6 + 2N) at the centre of the body on an arm's tip, in world axes."""
     J = jacobian(vehicle, q, **tip_of(vehicle, arm))
     off_tip = _tip_axes(vehicle, q, arm) @ np.asarray(body.centre)
     return np.vstack([J[:3] - skew(off_tip) @ J[3:], J[3:]])
 
 
 def slices(section: Section, nodes: int) -> tuple[Array, Array, Array, Array]:
-    """Arc length, mass, transverse and axial inertia of every backbone node and disk."""
+    """Return positions and inertias of every backbone node and disk of a section.
+
+    Parameters
+    ----------
+    section : Section
+        The section.
+    nodes : int
+        Gauss-Legendre nodes on the backbone.
+
+    Returns
+    -------
+    s : array (n,)
+        Arc lengths from the section's base [m].
+    mass : array (n,)
+        Masses [kg].
+    transverse : array (n,)
+        Inertias about axes across the tangent [kg m²].
+    axial : array (n,)
+        Inertias about the tangent [kg m²].
+    """
     x, weight = _gauss_nodes(nodes)
     ds = 0.5 * section.length * weight
     rows = [

@@ -1,19 +1,18 @@
-"""Accelerations in coordinates without singularities, by way of the paper's.
+"""Accelerations in coordinates without singularities, computed in the paper's coordinates.
 
-To q and q̇, through the equation of motion, Eq. (10), and back: what the kernels, which know no
-Euler angles and no polar bend, are compared with.
+The state is converted to q and q̇, Eq. (10) is solved, and q̈ is converted back. Tests compare the
+kernels with this, which use neither Euler angles nor polar bends.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from continuair.equations.dynamics import forward_dynamics, of_shape
+from continuair.equations.dynamics import Mask, forward_dynamics, of_shape
 from continuair.equations.kinematics import Array, euler_rate_matrix, rotation, unbounded
 from continuair.equations.turns import of_quaternion
 from continuair.errors import InputError
+from continuair.typing import ArrayLike
 from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.vehicle import Vehicle
 
@@ -23,31 +22,72 @@ _COMPLEX_STEP = 1e-30
 def accelerations(
     vehicle: Vehicle,
     *,
-    bend: Any,
-    attitude: Any = (0.0, 0.0, 0.0, 1.0),
-    velocity: Any = 0.0,
-    angular_velocity: Any = 0.0,
-    bend_rate: Any = 0.0,
-    force: Any = 0.0,
-    moment: Any = 0.0,
-    bend_moment: Any = 0.0,
-    tip_wrench: Any = 0.0,
+    bend: ArrayLike,
+    attitude: ArrayLike = (0.0, 0.0, 0.0, 1.0),
+    velocity: ArrayLike = 0.0,
+    angular_velocity: ArrayLike = 0.0,
+    bend_rate: ArrayLike = 0.0,
+    force: ArrayLike = 0.0,
+    moment: ArrayLike = 0.0,
+    bend_moment: ArrayLike = 0.0,
+    tip_wrench: ArrayLike = 0.0,
     gravity: float = 9.81,
-    mask: Any = "coupled",
+    mask: Mask = "coupled",
     nodes: int = 24,
 ) -> tuple[Array, Array, Array]:
-    """(v̇, ω̇, k̈) of a state: what `continuair.accelerations` says of one run, by Eq. (10).
+    """Return the accelerations of a state by Eq. (10), for comparison with the kernels.
 
-    attitude: (4,) x y z w, body to world, of any length above 0. bend, bend_rate, bend_moment:
-    (N, 2) over all sections, arm by arm from the base out [1/m, 1/(m s), N m²]. velocity, force:
-    (3,) of B's origin and at it, world axes. angular_velocity, moment: (3,), body axes.
-    tip_wrench: (arms, 6), world axes. mask, nodes: as in `forward_dynamics`.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch) without drag or terms of its own.
+    bend : array_like (N, 2)
+        Bend vectors of all sections, arm by arm from the base out [1/m].
+    attitude : array_like (4,), default (0, 0, 0, 1)
+        Quaternion x y z w, body to world, of any length above 0.
+    velocity : array_like (3,) or 0, default 0
+        Velocity of B's origin, world axes [m/s].
+    angular_velocity : array_like (3,) or 0, default 0
+        Angular velocity, body axes [rad/s].
+    bend_rate : array_like (N, 2) or 0, default 0
+        Rates of the bend vectors [1/(m s)].
+    force : array_like (3,) or 0, default 0
+        Force at B's origin, world axes [N].
+    moment : array_like (3,) or 0, default 0
+        Moment, body axes [N m].
+    bend_moment : array_like (N, 2) or 0, default 0
+        Generalised forces conjugate to the bend vectors [N m²].
+    tip_wrench : array_like (arms, 6) or 0, default 0
+        Force [N] and moment [N m] on each arm's tip, world axes.
+    gravity : float, default 9.81
+        Gravitational acceleration, downwards [m/s²].
+    mask : {"coupled", "block", "diagonal"} or array_like (6 + 2N, 6 + 2N), default "coupled"
+        Factors of M and C, as in `forward_dynamics`.
+    nodes : int, default 24
+        Gauss-Legendre nodes on each section's backbone.
 
-    All but attitude and bend may be 0 for none. Returns v̇ (3,) in world axes, ω̇ (3,) in body axes
-    and k̈ (N, 2).
+    Returns
+    -------
+    velocity_rate : array (3,)
+        Acceleration v̇ of B's origin, world axes [m/s²].
+    angular_velocity_rate : array (3,)
+        Angular acceleration ω̇, body axes [rad/s²].
+    bend_acceleration : array (N, 2)
+        Second derivatives k̈ of the bend vectors [1/(m s²)].
 
-    Polar bend and Euler angles cost digits, as 1/κ² and 1/cos θ. Raises InputError where they fail,
-    at a bend of 0 and a pitch of a quarter turn, for a wrong shape, and for a vehicle with drag.
+    Raises
+    ------
+    InputError
+        If a bend is 0, the pitch is ±90°, a shape differs, or the vehicle has drag.
+
+    See Also
+    --------
+    continuair.accelerations : The same quantities from the kernels.
+
+    Notes
+    -----
+    Eq. (10) of Amiri et al. (2026) without Remark 1. Polar bends and Euler angles lose digits as
+    1/κ² and 1/cos θ.
     """
     vectors = {"velocity": velocity, "angular_velocity": angular_velocity}
     vectors |= {"force": force, "moment": moment}
@@ -69,7 +109,7 @@ def accelerations(
 
 
 def _paper_motion(R: Array, v: Array, ω: Array, k: Array, k_rate: Array) -> tuple[Array, Array]:
-    """q and q̇ of a vehicle whose B is at the world's origin; R: body to world."""
+    """Return q and q̇ of a vehicle whose B is at the world's origin; R: body to world."""
     κ = np.hypot(k[:, 0], k[:, 1])
     if not κ.all():
         raise InputError(
@@ -84,13 +124,13 @@ def _paper_motion(R: Array, v: Array, ω: Array, k: Array, k_rate: Array) -> tup
 
 
 def _polar_forces(q: Array, bend_moment: Array) -> Array:
-    """(Q_κ, Q_ψa) of every section (2N,) [N m², N m] of bend moments (N, 2) [N m²]."""
+    """Return (Q_κ, Q_ψa) of every section (2N,) [N m², N m] from bend moments (N, 2) [N m²]."""
     along, across = _directions(q)
     return _pairs(_dot(bend_moment, along), polar_of(q)[0] * _dot(bend_moment, across))
 
 
 def _regular_rates(q: Array, qd: Array, qdd: Array) -> tuple[Array, Array, Array]:
-    """(v̇, ω̇, k̈): of B in world axes, of the body in its own axes, of the bend vectors (N, 2)."""
+    """Return v̇ of B in world axes, ω̇ in body axes, and k̈ of the bend vectors (N, 2)."""
     T_rate = euler_rate_matrix(q + 1j * _COMPLEX_STEP * qd).imag / _COMPLEX_STEP
     # The rate of ω is the same vector seen from body and world, as ω × ω is 0.
     ω_rate = rotation(q).T @ (euler_rate_matrix(q) @ qdd[3:6] + T_rate @ qd[3:6])
@@ -102,14 +142,14 @@ def _regular_rates(q: Array, qd: Array, qdd: Array) -> tuple[Array, Array, Array
 
 
 def _directions(q: Array) -> tuple[Array, Array]:
-    """Unit vectors (N, 2) along the bends and across them."""
+    """Return unit vectors (N, 2) along the bends and across them."""
     _, ψ = polar_of(q)
     sine, cosine = np.sin(ψ), np.cos(ψ)
     return np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)
 
 
 def _euler_angles(R: Array) -> Array:
-    """(φ, θ, ψ) of a rotation, body to world, Eq. (7)."""
+    """Return (φ, θ, ψ) of a rotation, body to world, Eq. (7)."""
     cosine = np.hypot(R[2, 1], R[2, 2])
     if cosine < 1e-9:
         raise InputError(
@@ -130,5 +170,5 @@ def _dot(a: Array, b: Array) -> Array:
 
 
 def _pairs(κ: Array, ψ: Array) -> Array:
-    """Two numbers of each section (N,), in the order of q (2N,)."""
+    """Return two numbers of each section (N,) in the order of q (2N,)."""
     return np.column_stack([κ, ψ]).ravel()

@@ -1,29 +1,58 @@
-"""Classic visual servoing of a camera that moves freely, without a vehicle, as textbooks have it.
+"""Classic visual servoing of a camera that moves freely, without a vehicle.
 
-What remains of the law, Eqs. (15) and (16), when the camera's velocity can be chosen: the ground
-that it shares with other packages, such as ViSP's tutorial-ibvs-4pts.
+This is the law of Eqs. (15) and (16) where the camera's velocity can be chosen, as in textbooks.
+Other packages have it too, such as ViSP's tutorial-ibvs-4pts.
 """
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
 from continuair.equations.camera import interaction_matrix, project
 from continuair.equations.kinematics import Array, skew
+from continuair.typing import ArrayLike
 
 
 def kinematic_servoing(
-    points: Any, start: tuple[Any, Any], wanted: Any, gain: float, period: float, steps: int
+    points: ArrayLike,
+    start: tuple[ArrayLike, ArrayLike],
+    wanted: ArrayLike,
+    gain: float,
+    period: float,
+    steps: int,
 ) -> tuple[Array, Array]:
-    """Errors e = s_d - s (steps, 2n), normalised, and twists v = λ L⁺ e (steps, 6) of each step.
+    """Simulate image-based visual servoing of a camera without dynamics.
 
-    points: (n, 3) on the object at rest [m]. start: position (3,) [m] and rotation (3, 3) of the
-    object in camera axes. wanted: the image s_d (2n,), normalised. gain: λ [1/s].
+    Parameters
+    ----------
+    points : array_like (n, 3)
+        Points on an object at rest, in its axes [m].
+    start : tuple of array_like
+        Position (3,) [m] and rotation (3, 3) of the object in camera axes.
+    wanted : array_like (2n,)
+        Desired image s_d, normalised.
+    gain : float
+        Gain λ [1/s].
+    period : float
+        Time for which each twist is held [s].
+    steps : int
+        Number of steps.
 
-    The twist, (v, ω) [m/s, rad/s] in camera axes, is held for a period [s], and L is that of the
-    image and the depths of now, Eq. (14). Raises InputError if a point gets behind the camera.
+    Returns
+    -------
+    errors : array (steps, 2n)
+        Errors e = s_d - s of each step, normalised.
+    twists : array (steps, 6)
+        Twists v = λ L⁺ e of each step, (v, ω) in camera axes [m/s, rad/s].
+
+    Raises
+    ------
+    InputError
+        If a point is not in front of the camera.
+
+    Notes
+    -----
+    L is that of the current image and depths, Eq. (14) of Amiri et al. (2026).
     """
     object_in_camera = _pose(*start)
     errors, twists = [], []
@@ -34,15 +63,29 @@ def kinematic_servoing(
         twist = gain * np.linalg.pinv(interaction_matrix(image, seen[:, 2])) @ error
         errors.append(error)
         twists.append(twist)
-        # What is at rest moves against the camera.
+        # An object at rest moves against the camera.
         object_in_camera = rigid_motion(twist, -period) @ object_in_camera
     return np.array(errors), np.array(twists)
 
 
-def rigid_motion(twist: Any, time: float) -> Array:
-    """Pose (4, 4) after a time [s] of a body that keeps its twist (6,), (v, ω) in its own axes.
+def rigid_motion(twist: ArrayLike, time: float) -> Array:
+    """Return the pose of a body after a time at constant twist.
 
-    The exponential of X = [[[ω]×, v], [0, 0]] t, in closed form since X⁴ = -θ² X², θ = |ω t|:
+    Parameters
+    ----------
+    twist : array_like (6,)
+        (v, ω) in the body's axes [m/s, rad/s].
+    time : float
+        Time [s].
+
+    Returns
+    -------
+    array (4, 4)
+        Pose at `time` relative to the pose at 0, as a homogeneous transform.
+
+    Notes
+    -----
+    The exponential of X = [[[ω]×, v], [0, 0]] t, in closed form since X⁴ = -θ² X², θ = ‖ω t‖:
     1 + X + (1 - cos θ)/θ² X² + (θ - sin θ)/θ³ X³.
     """
     moved = np.asarray(twist, float) * time
@@ -55,7 +98,7 @@ def rigid_motion(twist: Any, time: float) -> Array:
     return np.asarray(np.eye(4) + X + squared * X @ X + cubed * X @ X @ X)
 
 
-def _pose(position: Any, axes: Any) -> Array:
+def _pose(position: ArrayLike, axes: ArrayLike) -> Array:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = axes, position
     return pose

@@ -20,7 +20,7 @@ _COLOURS = {"bend": "#0072B2", "moment": "#009E73", "force": "#000000", "tip": "
 
 
 def advice(results: dict[str, Any]) -> Figure:
-    """Return error of the decoupled model over frequency, and |DS| over the target's speed."""
+    """Return the error of the decoupled model over frequency, and |DS| over the target's speed."""
     periodic = {
         name: part["models"]["decoupled"]
         for name, part in results["excitations"].items()

@@ -134,7 +134,7 @@ def write(summary: xr.Dataset, curves: xr.Dataset, file: Callable[[str], Path]) 
 
 
 def _map(axes: Any, one: xr.Dataset, free: bool) -> Any:
-    """Draw one excitation's map; return what its colours are."""
+    """Draw one excitation's map; return the meaning of its colours."""
     x = one["damping_edges" if free else "frequency_edges"].to_numpy()
     y = logit(one["coupling_edges"].to_numpy())
     value, angle = (np.ma.masked_invalid(one[f"{n}_map"].to_numpy()) for n in ("nrmse", "angle"))

@@ -41,7 +41,7 @@ _AT, _NAMES = (0.12, 0.25, 0.5, 1.0, 2.5), ("none", "0.25", "0.5", "1", "all")
 
 
 def numbers(summary: xr.Dataset) -> Figure:
-    """Return what numbers of a vehicle explain of its error, without a loop and in one."""
+    """Return a figure of the error's variance explained by a vehicle's numbers, in each loop."""
     titles = {"none": "nothing holds the hover", "position": "a position loop holds it"}
     with style.applied():
         figure = style.new_figure(height=2.3)
@@ -66,11 +66,11 @@ def limits_map(
     label: str = "",
     tolerance: float = 0.02,
 ) -> Figure:
-    """Return the frequency up to which the rule allows decoupling, over bandwidth and coupling.
+    """Return a figure of the frequency limit of decoupling, over bandwidth and coupling.
 
-    groups: of a vehicle, with its loop's bandwidth: it gets a mark, and the maps are of its gravity
-    number and mass ratio, a guess, which is said, beyond the atlas's; otherwise two gravity numbers
-    get a row each.
+    groups: of a vehicle, with its loop's bandwidth. It is marked, and the maps are those of its
+    gravity number and mass ratio; beyond the atlas's range they are marked as extrapolated. Without
+    groups, two gravity numbers have a row each.
     """
     rows = [dict(groups)] if groups else [_TYPICAL | {"gravity_number": n} for n in _GRAVITY]
     with style.applied():
@@ -102,7 +102,7 @@ def limits_map(
 
 
 def judged(summary: xr.Dataset) -> Figure:
-    """Return the rule's limit and the one that was flown, of every vehicle that judges."""
+    """Return a figure of the rule's limit and the simulated one, of every test vehicle."""
     tolerance = float(summary["accepted"][0])
     ends = [float(each) for each in summary["frequency"][[0, -1]]]
     with style.applied():
@@ -160,12 +160,12 @@ def write(summary: xr.Dataset, file: Callable[[str], Path]) -> None:
 
 
 def _shown(limits: Array, ends: list[float]) -> Array:
-    """Limits as they are drawn: none below all frequencies flown, all of them above."""
+    """Return limits as they are drawn: none below all frequencies flown, all of them above."""
     return np.clip(np.nan_to_num(limits, nan=0.0, posinf=np.inf), 0.8 * ends[0], 1.25 * ends[1])
 
 
 def _map(axes: Any, summary: xr.Dataset, name: str, row: dict[str, float], tolerance: float) -> Any:
-    """Draw the rule's limits of one load; return what the colours are."""
+    """Draw the rule's limits of one load; return the meaning of the colours."""
     ends = summary["ends"]
     slow, fast = ends.sel(number="bandwidth").to_numpy()
     low, high = logit(ends.sel(number="coupling").to_numpy())
@@ -195,7 +195,7 @@ def _map(axes: Any, summary: xr.Dataset, name: str, row: dict[str, float], toler
 
 
 def _guessed(summary: xr.Dataset, groups: Mapping[str, float], tolerance: float) -> str:
-    """What to say of a vehicle's numbers, or of a tolerance, that are beyond those of the atlas."""
+    """Return a note on a vehicle's numbers, or a tolerance, beyond those of the atlas."""
     said = [
         f"{name.replace('_', ' ')} of {value:.2g} (atlas: {low:.2g} to {high:.2g})"
         for name, value, (low, high) in beyond(summary, groups)

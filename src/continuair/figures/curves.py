@@ -28,7 +28,7 @@ WINDOW = 0.5
 """Length of the windows of a band [s]."""
 
 BAND = f"Bands: least to largest, lines: RMS (of DS the mean), in windows of {WINDOW:g} s."
-"""What figures with bands say of them."""
+"""Note of figures with bands."""
 
 WORDS = STATUS | {NOT_FINITE: "diverged", UNSEEN: "target lost from view"}
 """How a flight ended, by status."""
@@ -39,7 +39,7 @@ _WATCHED = ("tip_position", "bend")
 def ending(flight: xr.Dataset) -> str:
     """Return how a flight failed, as in "ended at 3.2 s, diverged"; nothing if it did not.
 
-    A flight that says nothing and holds numbers that are not finite has failed too.
+    A flight without status and with values that are not finite has failed too.
     """
     status = int(flight["status"])
     if status:
@@ -86,7 +86,7 @@ def _flights(dataset: xr.Dataset, names: list[str]) -> Iterator[tuple[list[str],
 
 
 def noisy(dataset: xr.Dataset) -> bool:
-    """Tell whether the camera of these flights has noise."""
+    """Return whether the camera of these flights has noise."""
     vehicle = json.loads(dataset.attrs.get("vehicle", "{}"))
     return bool(vehicle.get("camera", {}).get("noise", 0.0) > 0.0)
 
@@ -104,7 +104,7 @@ def line(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any)
 
 
 def _ends(flight: xr.Dataset, values: Array) -> bool:
-    """Tell whether a flight fails within the times given."""
+    """Return whether a flight fails within the times given."""
     early = int(flight["status"]) != 0 and float(flight["end_time"]) <= float(flight["time"][-1])
     return early or not bool(np.isfinite(values).all())
 
@@ -137,7 +137,7 @@ def band(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any)
 
 
 def tell_empty(panels: Any) -> None:
-    """Say so in panels in which no curve has a value."""
+    """Label panels in which no curve has a value."""
     for axes in panels:
         curves = [np.ravel(drawn.get_ydata()) for drawn in axes.get_lines()]
         if not np.isfinite(np.concatenate([np.empty(0), *curves]).astype(float)).any():

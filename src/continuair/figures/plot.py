@@ -1,7 +1,7 @@
 """`continuair.plot`: figures of flights, each a matplotlib figure to show or to save.
 
 A flight is a result of `simulate` for one run, or several models' with the leading dimension
-`model`; what fails is marked by a cross.
+`model`. A cross marks the end of a flight that failed.
 """
 
 from __future__ import annotations
@@ -73,9 +73,9 @@ def image(flight: xr.Dataset) -> Figure:
 
 
 def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | None = None) -> Figure:
-    """Return side views of the vehicle at given times [s], the models overlaid.
+    """Return the side views of the vehicle at given times [s], the models overlaid.
 
-    vehicle: the one that flew, by default as the result says.
+    vehicle: by default that of the result's attributes.
     """
     _flights(flight, "bend")
     flown = vehicle_of(flight) if vehicle is None else vehicle
@@ -93,7 +93,7 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
 
 
 def _instants(flight: xr.Dataset, times: Any) -> np.ndarray:
-    """Times of a flight; raises InputError for what it did not last."""
+    """Return times of a flight; raises InputError for times after its end."""
     found, ends = checks.finite_array(times), flight["time"].to_numpy()[[0, -1]]
     if found is None or found.ndim != 1 or not found.size:
         raise InputError(f"times is {shown(times)}; give a list of times [s].")
@@ -106,7 +106,7 @@ def _instants(flight: xr.Dataset, times: Any) -> np.ndarray:
 
 
 def _room(vehicle: Vehicle, flights: dict[str, xr.Dataset], times: np.ndarray) -> float:
-    """Distance at which snapshots do not meet [m]."""
+    """Return the distance at which snapshots do not meet [m]."""
     ends = [-0.4 * float(vehicle.reach), 0.4 * float(vehicle.reach)]
     for one in flights.values():
         # Each sample once and in order, whatever order the times are in.
@@ -119,7 +119,7 @@ def _room(vehicle: Vehicle, flights: dict[str, xr.Dataset], times: np.ndarray) -
 def _over_time(
     flight: xr.Dataset, names: dict[str, str], part: str, component: str, units: str, title: str
 ) -> Figure:
-    """A row of panels per variable and part, one for each component."""
+    """Return a row of panels per variable and part, one for each component."""
     flights = _flights(flight, *names)
     rows = [
         (name, word, label, chosen)
@@ -153,7 +153,7 @@ def _paths(axes: Any, flights: dict[str, xr.Dataset], chosen: Any, plane: tuple[
 
 
 def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
-    """Flights by their model; raises InputError for what has not these variables of one run."""
+    """Return flights by their model; raises InputError if they lack these variables of one run."""
     if not isinstance(flight, xr.Dataset):
         raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
     for name in names:
@@ -176,7 +176,7 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
 
 
 def _checked_model(name: str) -> str:
-    """The name of a model; InputError for any other."""
+    """Return the name of a model; InputError for any other."""
     if name not in style.MODELS:
         raise InputError(
             f"flight holds the model {shown(name)}; name it, as in xr.concat([a, b], "

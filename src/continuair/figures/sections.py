@@ -1,4 +1,4 @@
-"""What cutting one arm into more sections changes: modes, sag, decoupling, step and cost."""
+"""Effects of dividing one arm into more sections: modes, sag, decoupling, step and cost."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def sections(results: dict[str, Any]) -> Figure:
 
 
 def _off(results: dict[str, Any]) -> dict[str, Any]:
-    """How far frequencies and the sag under the smallest load are off [%], by their sizes."""
+    """Return errors of frequencies and the sag under the smallest load [%], by their sizes."""
     rows, beam, small = results["rows"], results["beam"], int(np.argmin(results["loads"]))
     shares = {
         "clamped": [row["clamped"][0] / beam["clamped"] for row in rows],

@@ -1,4 +1,4 @@
-"""How figures look: sizes for a printed page, one colour and dash per model, a title that tells."""
+"""Style of figures: sizes for a printed page, one colour and dash per model, informative titles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ COLUMN_WIDTH, PAGE_WIDTH = 3.5, 7.16
 RESOLUTION = 200
 """Resolution of PNG files [dots per inch]."""
 
-# Okabe and Ito's colours, told apart with any colour vision; dashes tell them apart in grey.
+# Okabe and Ito's colours, distinct with any colour vision; dashes distinguish them in grey.
 MODELS: dict[str, dict[str, Any]] = {
     "coupled": {"color": "#000000", "linestyle": "-", "linewidth": 1.4},
     "decoupled": {"color": "#D55E00", "linestyle": (0, (5, 1.6)), "linewidth": 1.2},
@@ -34,7 +34,7 @@ FAILED_COLOUR = "#B00020"
 """Colour of the words on a flight that failed."""
 
 UNNAMED = "Amiri et al. do not print their vehicle's parameters, so no match is claimed."
-"""What figures say beside numbers that the paper prints."""
+"""Note of figures with the paper's numbers."""
 
 _formats: ContextVar[tuple[str, ...]] = ContextVar("formats", default=("png", "svg", "pdf"))
 
@@ -72,7 +72,7 @@ _LINE = 1.3
 
 @contextmanager
 def applied() -> Iterator[None]:
-    """Apply the style inside the block, and restore what was set before after it."""
+    """Apply the style inside the block, and restore the settings after it."""
     with matplotlib.rc_context(_SETTINGS):
         yield
 
@@ -123,7 +123,7 @@ def head(
 
 
 def model_handles(axes: Any) -> list[Any]:
-    """Return what a legend shows of the given axes."""
+    """Return the legend's handles for the given axes."""
     return list(axes.get_legend_handles_labels()[0])
 
 
@@ -134,7 +134,7 @@ def short(value: float) -> str:
 
 
 def grouped(words: dict[str, str]) -> str:
-    """Return what is said of each model, of those alike at once, as in "9 Hz coupled and other"."""
+    """Return values of each model, equal ones together, as in "9 Hz coupled and other"."""
     models: dict[str, list[str]] = {}
     for model, text in words.items():
         models.setdefault(text, []).append(model)
@@ -154,7 +154,7 @@ def save(figure: Figure, name: str, file: Callable[[str], Path]) -> None:
 
 @contextmanager
 def pictures_only() -> Iterator[None]:
-    """Inside the block, `save` writes PNG alone, a third of the work."""
+    """Make `save` write PNG alone inside the block, a third of the work."""
     before = _formats.set(("png",))
     try:
         yield
@@ -166,7 +166,7 @@ def save_as(figure: Figure, path: Path) -> None:
     """Write the figure to a path, in the format of its suffix."""
     with applied():
         if figure.get_layout_engine() is not None:
-            # Found once: every drawing would look for it again, twice.
+            # Found once: every drawing would search it again, twice.
             figure.draw_without_rendering()
             figure.set_layout_engine(None)
         # Without a date, equal results give equal files.
@@ -175,7 +175,7 @@ def save_as(figure: Figure, path: Path) -> None:
 
 
 def _wrapped(text: str, width: float, letters: float) -> list[str]:
-    """Lines of a text on a figure of that width [inch], at so many letters per inch.
+    """Return lines of a text on a figure of that width [inch], at so many letters per inch.
 
     A number stays with what follows it, which is its unit.
     """

@@ -1,4 +1,4 @@
-"""Flights: from a vehicle and a scenario to a trajectory."""
+"""Flights: simulation of a vehicle in a scenario, which gives a trajectory."""
 
 from continuair import lazy
 

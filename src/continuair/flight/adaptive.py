@@ -1,10 +1,11 @@
-"""Flights with steps of each run's own, as its error allows."""
+"""Simulation with adaptive steps, each run's own."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.engine.adaptive import Inputs, Launch, Ticks, Tolerance, Track
 from continuair.engine.engine import Drive, Engine, Logs, Start
@@ -16,30 +17,29 @@ from continuair.flight.signals import grid_of_ticks, inputs_of, ticks_of
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
 from continuair.kernels.adaptive import SATURATION
 from continuair.signals import fit
+from continuair.typing import Array
 from continuair.vehicle.layout import FIELDS, MOTION, width_of
 
-Array = np.ndarray
-
 _BYTES = {"cpu": 1e8, "cuda": 2e9}
-"""What the logs, and the scans of inputs, of runs flown at once may take."""
+"""Memory of the logs, and the samples of inputs, of runs simulated at once [bytes]."""
 
 _KEPT = 2e8
 """Largest size of the inputs that a flight keeps [bytes]."""
 
 _NUMBERS_PER_SAMPLE = 50
 _SCANNED = 4000
-"""Values of an input that are looked at for each second, of every run with an input of its own."""
+"""Samples of an input per second, of every run with its own input."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """Some runs of a flight, with what acts on them and what closes their loop."""
+    """Some runs of a flight, with their inputs and controller loop."""
 
     launch: Launch
     loop: Loop | None
 
     def fly(self, engine: Engine, observe: bool, among: int) -> tuple[Logs, Array]:
-        """Return the logs of these runs, and what the roll-out counted (runs, COUNTS).
+        """Return the logs of these runs, and the counts of the roll-out (runs, COUNTS).
 
         among: the runs of the whole flight.
         """
@@ -74,15 +74,19 @@ class _Part:
 
 
 def launch_of(
-    flight: Flight, runs: Array, ticks: Ticks, tolerance: Tolerance, motion: Track | None = None
+    flight: Flight,
+    runs: NDArray[np.intp],
+    ticks: Ticks,
+    tolerance: Tolerance,
+    motion: Track | None = None,
 ) -> Launch:
     """Return the roll-out of some runs of a flight, by their indices."""
     begin = Start(flight.start.states[runs], flight.start.angle[runs])
     return Launch(runs, begin, _inputs(flight, runs), ticks, tolerance, motion=motion)
 
 
-def _inputs(flight: Flight, runs: Array) -> Inputs:
-    """The inputs of some runs; small ones are kept for other models and finer flights."""
+def _inputs(flight: Flight, runs: NDArray[np.intp]) -> Inputs:
+    """Return the inputs of some runs; small ones are kept for other models and finer flights."""
     kept, key = flight.kept_inputs, runs.tobytes()
     if key in kept:
         return kept[key]
@@ -94,7 +98,7 @@ def _inputs(flight: Flight, runs: Array) -> Inputs:
 
 
 def record(recorder: Recorder) -> None:
-    """Fly what a recorder keeps, within the tolerance of its flight."""
+    """Simulate the runs of a recorder, within the tolerance of its flight."""
     flight = recorder.flight
     tolerance = flight.tolerance
     assert tolerance is not None
@@ -106,7 +110,8 @@ def record(recorder: Recorder) -> None:
     size = runs_at_once(flight, engine)
     alone.load_rollout(loop, size)
 
-    def work(runs: Array) -> None:
+    def work(runs: NDArray[np.intp]) -> None:
+        """Simulate and record some runs."""
         launch = launch_of(flight, runs, ticks, tolerance, _motion(flight, loop, runs))
         recorder.keep_counted(runs, *_Part(launch, loop).fly(alone, observe, len(recorder.runs)))
 
@@ -115,17 +120,19 @@ def record(recorder: Recorder) -> None:
 
 
 def _loop(flight: Flight, ticks: Ticks) -> Loop | None:
+    """Return the controller loop of a flight, or None."""
     if flight.scenario.controller is None:
         return None
     return loop_over(flight.vehicle, flight.scenario, grid_of_ticks(ticks), flight.runs)
 
 
-def _motion(flight: Flight, loop: Loop | None, runs: Array) -> Track | None:
-    """The motion of the targets, where a law looks at it at every stage."""
+def _motion(flight: Flight, loop: Loop | None, runs: NDArray[np.intp]) -> Track | None:
+    """Return the motion of the targets if a controller uses it at every stage."""
     if loop is None or loop.scene is None or not loop.timing.every_stage:
         return None
 
     def evaluate(times: Array) -> Array:
+        """Return position and velocity of each run's target."""
         rows = motion_of(flight.scenario, times)
         return rows if rows.shape[1] == 1 else rows[:, runs]
 
@@ -133,8 +140,10 @@ def _motion(flight: Flight, loop: Loop | None, runs: Array) -> Track | None:
 
 
 def runs_at_once(flight: Flight, engine: Engine, signals_alone: bool = False) -> int:
-    """How many runs fit into memory, in whole packs: with their logs, of which every thread has
-    some, or with their inputs alone."""
+    """Return how many runs fit into memory, in whole packs.
+
+    With their logs, of which every thread has some, or with their inputs alone.
+    """
     kind = engine.device.split(":")[0]
     numbers = 1 if signals_alone else _NUMBERS_PER_SAMPLE * len(flight.marks.samples)
     scenario, layout = flight.scenario, flight.coupled.layout

@@ -1,11 +1,11 @@
-"""Flights under a scenario's force_callback: rolled out piece by piece between its calls."""
+"""Simulation with a scenario's force_callback: piece by piece between its calls."""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
@@ -17,17 +17,16 @@ from continuair.flight.time_grid import Grid, call_times
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
 from continuair.kernels.step import OK
 from continuair.scenario.wrench import FlightState, Wrench
+from continuair.typing import Array
 from continuair.vehicle.coordinates import branches_in
 from continuair.vehicle.layout import Layout
 from continuair.warning import warn
 
-Array = np.ndarray
-
 
 def record_called(recorder: Recorder, stacklevel: int) -> None:
-    """Fly what a recorder keeps, all runs at once; warn, so many levels up, that it is slow.
+    """Simulate the runs of a recorder, all at once; warn `stacklevel` frames up that it is slow.
 
-    All runs take the shortest of their steps, as one call is for all of them.
+    All runs use the shortest of their steps, as one call is for all of them.
     """
     flight = recorder.flight
     shortest = np.full(flight.runs, flight.steps.min())
@@ -35,7 +34,7 @@ def record_called(recorder: Recorder, stacklevel: int) -> None:
     calls = call_times(flight.duration, flight.scenario.callback_rate)
     warn(
         f"force_callback is Python, called {len(calls)} times, and slow; write it as a "
-        "continuair.Term to fly at full speed.",
+        "continuair.Term for full speed.",
         stacklevel + 1,
     )
     ((runs, grid),) = flight.grids()
@@ -46,17 +45,17 @@ def record_called(recorder: Recorder, stacklevel: int) -> None:
 
 
 class _Pieces:
-    """The flight of a cohort, from call to call."""
+    """The simulation of a group of runs from call to call."""
 
     def __init__(self, cohort: Cohort, engine: Engine, calls: Array) -> None:
         self.cohort, self.engine, self.calls = cohort, engine, calls
         self.flight, self.layout, self.grid = cohort.flight, engine.layout, cohort.grid
-        # The step that begins at each call; marks meet them to rounding.
+        # The step that begins at each call; breakpoints agree with calls up to rounding.
         ends = np.searchsorted(self.grid.starts, calls - 0.5 * self.grid.steps.min())
         self.edges = np.append(ends, len(self.grid.steps))
 
     def fly(self, observe: bool) -> Logs:
-        """Fly all pieces, and observe the samples if asked to."""
+        """Simulate all pieces, and compute the observed variables at the samples if `observe`."""
         cohort, grid, layout, n = self.cohort, self.grid, self.layout, len(self.cohort.runs)
         log = np.full((n, len(grid.samples), layout.log), np.nan, self.engine.dtype)
         status, last = np.full(n, OK, np.int32), np.zeros(n, np.int32)
@@ -72,7 +71,7 @@ class _Pieces:
             logs = self.engine.roll_out(cohort.runs, start, piece, self._drive(begin, end, row))
             going = status == OK
             log[np.ix_(going, at[at >= 0])] = logs.log[going][:, at >= 0]
-            # A sample at a call shows what acts from there on, as the next piece overwrites it.
+            # A sample at a call shows the inputs after it, as the next piece overwrites it.
             held[at[at >= 0]] = row
             saturation[going] = np.maximum(saturation[going], logs.saturation[going])
             last[going] = begin + logs.last_step[going]
@@ -94,13 +93,14 @@ class _Pieces:
         return Logs(log, status, last, saturation, observed)
 
     def _drive(self, begin: int, end: int, row: Array) -> Drive:
-        """What acts in the steps from one to before another, besides row (runs, inputs)."""
+        """Return the inputs in the steps from `begin` to before `end`, with a row (runs, inputs)
+        added."""
         drive = self.cohort.drive
         table = drive.table[3 * begin : 3 * end] if drive.timed else drive.table
         return Drive(table + row, drive.timed, drive.groups, drive.gravity)
 
     def _called(self, time: float, states: Array) -> Array:
-        """Return a row of inputs (runs, inputs) of what the callback returns."""
+        """Return the callback's wrenches as a row of inputs (runs, inputs)."""
         state = self._state(states)
         given = state if self.flight.batched else _of_first(state)
         callback = self.flight.scenario.force_callback
@@ -125,7 +125,7 @@ class _Pieces:
         return row
 
     def _state(self, states: Array) -> FlightState:
-        """Return what the callback receives, of all runs."""
+        """Return the state of all runs for the callback."""
         layout, vehicle, n = self.layout, self.flight.vehicle, len(states)
         rows = np.zeros((n, 1, layout.log))
         rows[:, 0, : layout.state] = states
@@ -172,8 +172,8 @@ def _add(row: Array, wrench: Wrench, attitude: Array, layout: Layout, time: floa
     row[:, first + 3 : first + 6] += moment
 
 
-def _three(name: str, value: Any, runs: int, time: float) -> Array:
-    """Return three numbers of each run, or of all."""
+def _three(name: str, value: object, runs: int, time: float) -> Array:
+    """Return three numbers per run, or for all runs."""
     found = checks.finite_array(value)
     if found is None or found.shape not in ((3,), (runs, 3)):
         rows = f" or {runs} rows of them" if runs > 1 else ""
@@ -184,9 +184,11 @@ def _three(name: str, value: Any, runs: int, time: float) -> Array:
     return found
 
 
-def _piece(grid: Grid, begin: int, end: int) -> tuple[Grid, Array]:
-    """Return the grid of the steps from one to before another, and the sample of the whole grid
-    that each of its samples is, or -1: its first and last are its start and end."""
+def _piece(grid: Grid, begin: int, end: int) -> tuple[Grid, NDArray[np.intp]]:
+    """Return the grid of the steps from `begin` to before `end`, and its samples' indices.
+
+    Its first and last samples are its start and end. The index is that of the whole grid, or -1.
+    """
     after = grid.sample_after[begin:end]
     before = grid.sample_after[begin - 1] if begin else 0
     inner = np.flatnonzero(after[:-1] >= 0)

@@ -1,12 +1,12 @@
-"""From a scenario to its closed loop: when the controller and the camera act, and on what."""
+"""Timing of a closed loop: when controller and camera are updated, and the motion of targets."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.engine.engine import Engine, Start
 from continuair.engine.loop import Loop, Scene, Timing, watch
@@ -15,62 +15,61 @@ from continuair.flight.guiding import guidance_over
 from continuair.flight.time_grid import Grid, instants_at, stage_times
 from continuair.scenario.paths import Path
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.arc import angles_of_branch
 from continuair.vehicle.layout import watched_columns
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
-Array = np.ndarray
-
 _ROUNDING = 1e-6
-"""Share of a latency by which it may be beyond a multiple of the period, as float32 has it."""
+"""Relative rounding error of a latency in multiples of the period, in float32."""
 
 _EARLY = 1e-7
-"""Share of a frame's time by which the instant may be before it, as float32 has a period."""
+"""Relative rounding error of a control instant before a frame's time, with a period in float32."""
 
 
 def loop_over(vehicle: Vehicle, scenario: Scenario, grid: Grid, runs: int) -> Loop:
-    """The loop of a scenario's controller over a time grid; raises InputError."""
+    """Return the loop of a scenario's controller over a time grid; raises InputError."""
     controller = scenario.controller
     assert controller is not None
-    blind = controller.guided and not controller.looks
-    timing = _blind(grid) if blind else _timing(vehicle, scenario, grid)
+    without_camera = controller.guided and not controller.looks
+    timing = _without_camera(grid) if without_camera else _timing(vehicle, scenario, grid)
     scene = _scene(scenario, grid, timing.every_stage) if scenario.targets else None
     layout = vehicle.layout
     guidance = guidance_over(scenario, grid, layout) if controller.guided else None
     return Loop(controller, timing, scene, _seeds(scenario.seed, runs), guidance)
 
 
-def _blind(grid: Grid) -> Timing:
-    """The camera's timing under a controller that does not look."""
+def _without_camera(grid: Grid) -> Timing:
+    """Return the camera's timing for a controller that does not use it."""
     never = np.full(len(grid.steps), -1)
     return Timing(np.zeros(len(never), np.int32), never, never, False)
 
 
-def _seeds(given: int | Sequence[int], runs: int) -> Array:
-    """The streams of noise of the runs, which hang on their seeds alone: one seed, one noise."""
+def _seeds(given: int | Sequence[int], runs: int) -> NDArray[np.int32]:
+    """Return the noise streams of the runs, which depend on their seeds only."""
     each = [given] if isinstance(given, int) else given
     own = [np.random.SeedSequence(seed).generate_state(1)[0] for seed in each]
     return np.broadcast_to(np.array(own, np.uint32).view(np.int32), runs)
 
 
 def motion_of(scenario: Scenario, times: Array) -> Array:
-    """Centroids of the targets and their velocities (times, targets, MOTION), world axes."""
+    """Return centroids of the targets and their velocities (times, targets, MOTION), world axes."""
     at = np.asarray(times, float).tobytes()
     return np.stack([_motion(target.path, at) for target in scenario.targets], axis=1)
 
 
 @lru_cache(maxsize=16)
 def _motion(path: Path, times: bytes) -> Array:
-    """Position and velocity (times, MOTION): runs share paths, and parts of a batch their times."""
+    """Return position and velocity (times, MOTION), cached, as runs share paths and times."""
     return np.hstack(path(np.frombuffer(times))[:2])
 
 
 def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
-    """Refuse a start from which the camera of a controller that looks misses a point."""
+    """Raise InputError if a controller's camera does not see every point at the start."""
     if scenario.controller is None or not scenario.controller.looks:
         return
-    layout, corners = engine.layout, scenario.targets[0].points
+    layout, corners = engine.layout, np.asarray(scenario.targets[0].points)
     log = np.zeros((len(start.states), 1, layout.log))
     log[:, 0, : layout.state] = start.states
     angles_of_branch(log[:, 0, layout.branch])[:] = start.angle[:, : layout.sections]
@@ -85,7 +84,7 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     if depth[run, point] <= 0.0:
         raise InputError(
             f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start "
-            "above the target, with the camera turned to it."
+            "above the target, with the camera facing it."
         )
     camera = engine.vehicle.camera
     focal, centre, size = (
@@ -95,26 +94,26 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     u, v = focal * image[run, 2 * point : 2 * point + 2] + centre
     raise InputError(
         f"{named} out of view at the start, at pixel ({u:.0f}, {v:.0f}) of an image of {size[0]:g} "
-        f"by {size[1]:g}; start nearer to where the camera is to be, or farther above."
+        f"by {size[1]:g}; start closer to the desired pose, or higher."
     )
 
 
 def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
+    """Return when controller and camera are updated, and which frame each update uses."""
     camera, period = vehicle.camera, scenario.period
     steps = len(grid.steps)
     if period is None:
         integral = scenario.controller.integral if scenario.controller is not None else 0.0
         if integral:
             raise InputError(
-                f"control_period is None, but the controller has integral {integral:g}, summed up "
-                "from one instant to the next; give a period [s], such as 1e-3."
+                f"control_period is None, but the controller has integral {integral:g}, which "
+                "needs updates at a period; give one [s], such as 1e-3."
             )
         for name in ("noise", "frame_rate", "latency") if scenario.targets else ():
             if np.any(getattr(camera, name)):
                 raise InputError(
                     f"control_period is None, but camera.{name} is {shown(getattr(camera, name))}, "
-                    "which a controller at every stage cannot have; give a period [s], such as "
-                    "1e-3."
+                    "which needs updates at a period; give one [s], such as 1e-3."
                 )
         every = np.ones(steps, np.int32)
         return Timing(every, np.full(steps, -1), np.zeros(steps, int), True)
@@ -128,7 +127,7 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
     frames = np.unique(frames, return_inverse=True)[1]
     fresh = np.append(True, np.diff(frames) > 0)
     delay = int(np.ceil(latency / period * (1.0 - _ROUNDING)))
-    # Before the first frame has arrived, the controller has that of the start.
+    # Before the first frame has arrived, the controller uses that of the start.
     arrived = frames[np.maximum(np.arange(len(at)) - delay, 0)]
     exposed, in_hand = np.full(steps, -1), np.zeros(steps, int)
     exposed[acts] = np.where(fresh, frames, -1)
@@ -137,17 +136,19 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
 
 
 def _scene(scenario: Scenario, grid: Grid, every_stage: bool) -> Scene:
+    """Return the targets' points, desired images and motion."""
     targets = scenario.targets
     times = stage_times(grid) if every_stage else grid.starts
     desired = np.stack([target.desired for target in targets])
     motion, at_samples = (motion_of(scenario, at) for at in (times, grid.samples))
-    return Scene(targets[0].points, desired, motion, at_samples)
+    return Scene(np.asarray(targets[0].points), desired, motion, at_samples)
 
 
-def _one(name: str, value: Any) -> float:
+def _one(name: str, value: ArrayLike) -> float:
+    """Return the value that all runs share, or raise InputError."""
     if np.ndim(value) and len(np.unique(value)) > 1:
         raise InputError(
-            f"{name} is {shown(value)} over the runs, which share their control instants; give all "
-            "runs the same."
+            f"{name} is {shown(value)} over the runs, which share their control instants; give "
+            "one value for all."
         )
     return float(np.ravel(value)[0])

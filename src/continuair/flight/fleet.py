@@ -1,10 +1,9 @@
-"""`Fleet`: flights that a program outside steps all at once, each begun anew when it likes."""
+"""`Fleet`: many flights that a program steps together, each restarted at any time."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair import checks
 from continuair.engine.engine import Drive, Start
@@ -15,24 +14,23 @@ from continuair.flight.time_grid import grid_of
 from continuair.kernels.dynamics import MODELS
 from continuair.kernels.step import OK
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array, Model
 from continuair.vehicle.coordinates import branches_in, branches_of, state_from_paper
 from continuair.vehicle.layout import FIELDS
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
-Array = np.ndarray
-
 SPIN = 10.0
-"""Angular velocity [rad/s] up to which the automatic step resolves a vehicle's turning."""
+"""Angular velocity [rad/s] up to which the automatic step resolves a vehicle's rotation."""
 
 
 class Fleet:
     """Runs of a vehicle with rotors, stepped together by a control period, in one launch.
 
-    vehicle: one for all runs, or a batch of as many. period: [s]; model, device: as in `simulate`.
-    states (runs, state): where the runs are, as `Layout` orders it; runs that have ended stay
-    there. status (runs,): of kernels/step.py. step_length: [s]. All hover level at the origin with
-    straight arms until they are begun. Raises InputError.
+    vehicle: one for all runs, or a batch of as many. period: control period [s]; model, device: as
+    in `simulate`. states (runs, state): current states, ordered as in `Layout`; runs that have
+    stopped keep theirs. status (runs,): of kernels/step.py. step_length: [s]. Until they are begun,
+    all runs hover level at the origin with straight arms. Raises InputError.
     """
 
     def __init__(
@@ -41,7 +39,7 @@ class Fleet:
         runs: int,
         *,
         period: float,
-        model: str = "coupled",
+        model: Model = "coupled",
         device: str = "cpu",
         gravity: float = 9.81,
     ) -> None:
@@ -60,7 +58,7 @@ class Fleet:
         self.layout, self.gravity = self._engine.layout, gravity
         rotors = vehicle.uav.rotors
         assert rotors is not None
-        self._prompt = per_run(rotors.lag, runs) == 0.0
+        self._without_lag = per_run(rotors.lag, runs) == 0.0
         self._highest = per_run(rotors.thrust_limits, runs, 2)[:, 1:]
         self._speeds_of = rotors.speeds_of
         self._rotors = np.broadcast_to(
@@ -72,17 +70,22 @@ class Fleet:
         self.status = np.empty(runs, np.int32)
         self.begin(np.arange(runs), np.zeros((runs, width)), np.zeros((runs, width)))
 
-    def begin(self, which: Array, q: Array, qd: Array) -> None:
-        """Begin some runs, by their indices (n,), anew at paper coordinates and rates (n, …), their
-        rotors at the speeds of hovering."""
+    def begin(self, which: NDArray[np.intp], q: Array, qd: Array) -> None:
+        """Restart some runs, by their indices (n,), at paper coordinates and rates (n, …).
+
+        Their rotors have the speeds of hovering.
+        """
         self.states[which] = np.hstack([state_from_paper(q, qd), self._rotors[which]])
         self._angles[which] = branches_of(q)
         self._first[which] = self.states[which]
         self.status[which] = OK
 
     def step(self, **given: Array) -> None:
-        """Advance all runs by a control period under inputs (runs, …) that are held, named as those
-        of a Scenario; those of runs that have ended change nothing."""
+        """Advance all runs by a control period under held inputs (runs, …), named as those of a
+        Scenario.
+
+        Runs that have stopped do not change.
+        """
         layout = self.layout
         table = np.zeros((1, self.runs, layout.inputs))
         for name, values in given.items():
@@ -94,16 +97,17 @@ class Fleet:
         self.status = np.where(on, logs.status, self.status)
         going = self.status == OK
         self.states[going] = last[going, : layout.state]
-        self._follow_at_once(table[0, :, layout.of_input["rotor_command"]], going & self._prompt)
+        commands = table[0, :, layout.of_input["rotor_command"]]
+        self._set_speeds(commands, going & self._without_lag)
         self._angles[going] = branches_in(last[going], layout)
 
-    def _follow_at_once(self, commands: Array, which: Array) -> None:
-        """Set the speeds of rotors without lag, which nothing integrates, to what is commanded."""
+    def _set_speeds(self, commands: Array, which: NDArray[np.bool_]) -> None:
+        """Set the speeds of rotors without lag, which are not integrated, to the commanded ones."""
         given = self._speeds_of(np.clip(commands, 0.0, self._highest))
         self.states[which, self.layout.rotor_speed] = given[which]
 
     def tips(self) -> Array:
-        """Positions of the tips in world axes (runs, arms, 3) [m]."""
+        """Return the positions of the tips in world axes (runs, arms, 3) [m]."""
         layout = self.layout
         rows = np.zeros((self.runs, 1, layout.log))
         rows[:, 0, : layout.state] = self.states
@@ -112,14 +116,15 @@ class Fleet:
         return seen[:, self._engine.observed["tip_position"]].reshape(self.runs, -1, 3)
 
 
-def _check_vehicle(vehicle: Any, runs: int) -> None:
+def _check_vehicle(vehicle: object, runs: int) -> None:
+    """Raise InputError for a vehicle without rotors, or with another number of runs."""
     if isinstance(vehicle, Vehicle) and vehicle.runs not in (None, runs):
         raise InputError(
-            f"vehicle holds {vehicle.runs} runs, but there are {runs}; give as many, or one for "
-            "all."
+            f"vehicle has {vehicle.runs} runs, but there are {runs}; give equally many, or one "
+            "for all."
         )
     if isinstance(vehicle, Vehicle) and vehicle.uav.rotors is None:
         raise InputError(
-            "vehicle has no rotors to command; give it a table [uav.rotors], as in "
+            "vehicle has no rotors; give it a table [uav.rotors], as in "
             "vehicle.replace({'uav.rotors': {'layout': 'quad_x', …}})."
         )

@@ -1,24 +1,23 @@
-"""Natural frequencies of arms, and their fastest rates, by unit moments on their bends."""
+"""Natural frequencies and fastest rates of arms, from unit moments on their bends."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.engine.engine import Drive, Engine, Start
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL
 from continuair.vehicle.runs import per_run
 
-Array = np.ndarray
-
-# Configurations whose bends are pushed at once: bounds the memory of large batches.
+# Configurations computed at once, which limits the memory of large batches.
 _AT_ONCE = 1024
 
 
-def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
-    """Bend block of M⁻¹, (runs, bends, bends) [1/(kg m⁴)], at rest in the configurations q.
+def bend_compliance(engine: Engine, q: ArrayLike) -> Array:
+    """Return the bend block of M⁻¹, (runs, bends, bends) [1/(kg m⁴)], at rest in the configurations
+    q.
 
     It is the acceleration of the bend under a unit bend moment: for an engine of `coupled` on the
     free base, for one of `independent` on a clamped one.
@@ -26,49 +25,51 @@ def bend_compliance(engine: Engine, q: Any) -> np.ndarray:
     return _compliance(engine, np.atleast_2d(q)[None])[0]
 
 
-def fastest_frequency(engine: Engine, q: Any) -> np.ndarray:
-    """ω_max (runs,) [rad/s] from the pencil (K, M) at q: the largest √eig([M⁻¹]_bend K)."""
+def fastest_frequency(engine: Engine, q: ArrayLike) -> Array:
+    """Return ω_max (runs,) [rad/s] of the pencil (K, M) at q: the largest √eig([M⁻¹]_bend K)."""
     stiffness, _ = _of_bends(engine)
     return np.sqrt(_largest(_symmetric(bend_compliance(engine, q), stiffness)))
 
 
-def fastest_rate(engine: Engine, q: Any) -> np.ndarray:
-    """Largest |λ| (runs,) [1/s] of the bends at q with their damping, base free or clamped.
+def fastest_rate(engine: Engine, q: ArrayLike) -> Array:
+    """Return the largest |λ| (runs,) [1/s] of the bends at q with damping, base free or clamped.
 
-    With one section |λ| is ω of its stiffest mode, λ² + 2 γ λ + ω² = 0, while that oscillates, and
-    the decay γ + √(γ² - ω²) when it is overdamped. q: of the runs, or (configurations, runs,
-    coordinates): then it is the largest of all configurations of a run.
+    With one section |λ| is ω of its stiffest mode, λ² + 2 γ λ + ω² = 0, if it oscillates, and the
+    decay rate γ + √(γ² - ω²) if it is overdamped. q: of the runs, or (configurations, runs,
+    coordinates): the largest of all configurations of a run.
     """
-    q = np.atleast_2d(q)
-    compliance = _compliance(engine, q.reshape(-1, *q.shape[-2:]))
+    rows = np.atleast_2d(np.asarray(q))
+    compliance = _compliance(engine, rows.reshape(-1, *rows.shape[-2:]))
     stiffness, damping = _of_bends(engine)
     rates = _fastest(_symmetric(compliance, stiffness), damping / stiffness)
-    largest: np.ndarray = np.fmax.reduce(rates)
+    largest: Array = np.fmax.reduce(rates)
     return largest
 
 
-def first_frequency(engine: Engine, q: Any) -> np.ndarray:
-    """ω (runs,) [rad/s] of the first mode of every arm, undamped, the fastest of the arms' and in
-    the faster plane, 0 without arms; q as for `fastest_rate`."""
+def first_frequency(engine: Engine, q: ArrayLike) -> Array:
+    """Return ω (runs,) [rad/s] of the first undamped mode, of the fastest arm in its faster plane.
+
+    0 without arms; q as for `fastest_rate`.
+    """
     if not engine.layout.bends:
         return np.zeros(len(engine.plants))
-    q = np.atleast_2d(q)
-    compliance = _compliance(engine, q.reshape(-1, *q.shape[-2:]))
+    rows = np.atleast_2d(np.asarray(q))
+    compliance = _compliance(engine, rows.reshape(-1, *rows.shape[-2:]))
     squares, found = _symmetric(compliance, _of_bends(engine)[0]), []
     for of_arm in engine.layout.of_arm:
         found.append(_eigenvalues(squares[..., of_arm, of_arm])[..., 1])
-    largest: np.ndarray = np.fmax.reduce(np.sqrt(np.max(found, axis=0)))
+    largest: Array = np.fmax.reduce(np.sqrt(np.max(found, axis=0)))
     return largest
 
 
 def _fastest(squares: Array, share: Array) -> Array:
-    """Largest |λ| (..., runs) of bends, by √K [M⁻¹] √K (..., runs, bends, bends).
+    """Return the largest |λ| (..., runs) of bends, from √K [M⁻¹] √K (..., runs, bends, bends).
 
     share: D over K of each bend (runs or 1, bends).
     """
     if not (share == share[:, :1]).all():
         return _largest_of_pencil(squares, share)
-    # Damping in proportion to stiffness leaves the modes apart.
+    # Stiffness-proportional damping keeps the modes decoupled.
     largest = _largest(squares)
     decay, frequency = 0.5 * share[:, 0] * largest, np.sqrt(largest)
     over = np.sqrt(np.maximum(decay**2 - frequency**2, 0.0))
@@ -76,9 +77,9 @@ def _fastest(squares: Array, share: Array) -> Array:
 
 
 def _largest_of_pencil(squares: Array, share: Array) -> Array:
-    """Largest |λ| of λ² + S diag(share) λ + S, with S (..., bends, bends)."""
+    """Return the largest |λ| of λ² + S diag(share) λ + S, with S (..., bends, bends)."""
     n = squares.shape[-1]
-    known = np.isfinite(squares).all((-1, -2))
+    known = np.asarray(np.isfinite(squares).all((-1, -2)))
     filled = np.where(known[..., None, None], squares, 0.0)
     companion = np.zeros((*squares.shape[:-2], 2 * n, 2 * n))
     companion[..., :n, n:] = np.eye(n)
@@ -89,7 +90,7 @@ def _largest_of_pencil(squares: Array, share: Array) -> Array:
 
 
 def _of_bends(engine: Engine) -> tuple[Array, Array]:
-    """E I l and d l (runs or 1, bends) [N m³, N m³ s] of each bend."""
+    """Return E I l and d l (runs or 1, bends) [N m³, N m³ s] of each bend."""
     runs = len(engine.plants)
     sections = [section for arm in engine.vehicle.arms for section in arm.section]
     if not sections:
@@ -105,14 +106,14 @@ def _of_bends(engine: Engine) -> tuple[Array, Array]:
 
 
 def _symmetric(compliance: Array, stiffness: Array) -> Array:
-    """√K [M⁻¹]_bend √K (..., bends, bends) [1/s²], symmetric; its eigenvalues are ω²."""
+    """Return √K [M⁻¹]_bend √K (..., bends, bends) [1/s²], symmetric; its eigenvalues are ω²."""
     root = np.sqrt(stiffness)
     found: Array = root[:, :, None] * compliance * root[:, None, :]
     return 0.5 * (found + found.swapaxes(-1, -2))
 
 
 def _compliance(engine: Engine, q: Array) -> Array:
-    """Bend blocks (configurations, runs, bends, bends) of `bend_compliance`.
+    """Return bend blocks (configurations, runs, bends, bends) of `bend_compliance`.
 
     q: (configurations, runs or 1, coordinates).
     """
@@ -127,46 +128,45 @@ def _compliance(engine: Engine, q: Array) -> Array:
     )
     blocks = [slice(first, first + _AT_ONCE) for first in range(0, runs, _AT_ONCE)]
     return np.concatenate(
-        [_pushed(engine, states[:, at], angles[:, at], np.arange(runs)[at]) for at in blocks],
+        [_block(engine, states[:, at], angles[:, at], np.arange(runs)[at]) for at in blocks],
         axis=1,
     )
 
 
-def _pushed(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
-    """`_compliance` of some runs, all in one launch, which costs more than few runs do.
+def _block(engine: Engine, states: Array, angles: Array, runs: NDArray[np.intp]) -> Array:
+    """Return `_compliance` of some runs in one launch, which costs more than a few runs do.
 
-    states: (configurations, runs, state); angles: what names their branches.
+    states: (configurations, runs, state); angles: their branch angles.
     """
     layout, shape = engine.layout, angles.shape[:2]
-    pushes = np.vstack([np.zeros(layout.bends), np.eye(layout.bends)])
-    # Unit moments would be lost in the rounding of what a bent arm of large stiffness does.
+    moments = np.vstack([np.zeros(layout.bends), np.eye(layout.bends)])
+    # Unit moments would be lost in the rounding of a stiff, bent arm's accelerations.
     size, _ = _of_bends(engine)
     size = size[np.minimum(runs, len(size) - 1)]
-    inputs = np.zeros((len(pushes), *shape, layout.inputs))
-    inputs[..., layout.bend_moment] = pushes[:, None, None] * size
-    many = len(pushes) * shape[0] * shape[1]
+    inputs = np.zeros((len(moments), *shape, layout.inputs))
+    inputs[..., layout.bend_moment] = moments[:, None, None] * size
+    many = len(moments) * shape[0] * shape[1]
     start = Start(
         *(
-            np.broadcast_to(each, (len(pushes), *each.shape)).reshape(many, -1)
+            np.broadcast_to(each, (len(moments), *each.shape)).reshape(many, -1)
             for each in (states, angles)
         )
     )
     acting = Drive(inputs.reshape(1, many, -1), False, GENERAL, 0.0)
     rates = engine.derivative(start, acting, np.resize(runs, many))[:, layout.bend_rate]
-    still, *pushed = rates.reshape(len(pushes), *shape, layout.bends)
-    return np.stack([rate - still for rate in pushed], axis=-1) / size[:, None]
+    free, *loaded = rates.reshape(len(moments), *shape, layout.bends)
+    return np.stack([rate - free for rate in loaded], axis=-1) / size[:, None]
 
 
 def _largest(squares: Array) -> Array:
-    """The largest eigenvalue (...) of each, 0 of none; NaN for a configuration past a full
-    circle."""
+    """Return the largest eigenvalues (...), 0 without bends; NaN beyond a full circle."""
     if not squares.shape[-1]:
         return np.zeros(squares.shape[:-2])
     return _eigenvalues(squares)[..., -1]
 
 
 def _eigenvalues(squares: Array) -> Array:
-    """Eigenvalues (..., bends) ascending; NaN for a configuration past a full circle."""
-    known = np.isfinite(squares).all((-1, -2))
+    """Return eigenvalues (..., bends), ascending; NaN beyond a full circle."""
+    known = np.asarray(np.isfinite(squares).all((-1, -2)))
     filled = np.where(known[..., None, None], squares, 0.0)
     return np.asarray(np.where(known[..., None], np.linalg.eigvalsh(filled), np.nan))

@@ -1,4 +1,4 @@
-"""From a scenario to its flight controller's loop: when it acts and its pushes do, and on what."""
+"""Timing and set-points of a flight controller's loop."""
 
 from __future__ import annotations
 
@@ -8,19 +8,18 @@ from continuair.engine.loop import Guidance
 from continuair.errors import InputError
 from continuair.flight.time_grid import Grid, instants_at
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array
 from continuair.vehicle.arc import coordinates_of, from_polar, polar_of, section_of
 from continuair.vehicle.layout import Layout, setpoint_columns, width_of
 
-Array = np.ndarray
-
 
 def guidance_over(scenario: Scenario, grid: Grid, layout: Layout) -> Guidance:
-    """When a guided law decides and its pushes act over a time grid, and its set-points."""
+    """Return the update times of a flight controller over a grid, and its set-points."""
     controller = scenario.controller
     assert controller is not None and controller.period is not None
     period, latency = controller.period, controller.latency
     issued, taken = instants_at(grid, period), instants_at(grid, period, latency)
-    # Until the first push has arrived by its latency, it acts all the same.
+    # Before the first command arrives after its latency, it acts already.
     taken[0] = 0
     instants = period * np.arange(issued.max() + 1)
     wanted = wanted_at(scenario, layout, instants)
@@ -29,7 +28,7 @@ def guidance_over(scenario: Scenario, grid: Grid, layout: Layout) -> Guidance:
 
 
 def _check_held(scenario: Scenario, bends: Array) -> None:
-    """Raise InputError if set-points bend (instants, runs or 1, bends) a section that is free."""
+    """Raise InputError if set-points (instants, runs or 1, bends) bend an uncontrolled section."""
     law, given = scenario.controller, scenario.setpoints
     if law is None or given is None or given.bend is None or "bend_limit" not in law.gains:
         return
@@ -40,18 +39,18 @@ def _check_held(scenario: Scenario, bends: Array) -> None:
         where = f" in run {run}" if len(free) > 1 or bends.shape[1] > 1 else ""
         raise InputError(
             f"setpoints bend section {section_of(bend)}{where}, which the controller {law.name} "
-            "leaves free; give it a bend_bandwidth above 0, or a bend of 0."
+            "does not control; give it a bend_bandwidth above 0, or a bend of 0."
         )
 
 
 def _upright(scenario: Scenario) -> Array:
-    """1 for starts (runs or 1, 1) whose thrust points up, and 0 for the others."""
+    """Return 1 for starts (runs or 1, 1) whose thrust points up, and 0 for the others."""
     roll, pitch = np.atleast_2d(scenario.q)[:, 3:5].T
     return (np.cos(roll) * np.cos(pitch) > 0.0).astype(float)[:, None]
 
 
 def wanted_at(scenario: Scenario, layout: Layout, instants: Array) -> Array:
-    """Set-points (instants, runs or 1, columns) of a scenario, as a guided law reads them."""
+    """Return the set-points (instants, runs or 1, columns) of a scenario."""
     given, found = scenario.setpoints, _at_start(scenario)
     columns = setpoint_columns(layout.bends)
     for name in columns if given is not None else ():
@@ -62,7 +61,7 @@ def wanted_at(scenario: Scenario, layout: Layout, instants: Array) -> Array:
     found["follows"] = np.full((1, 1, 1), float(not alone))
     if found["bend"].shape[-1] != layout.bends:
         raise InputError(
-            f"bend of the setpoints holds {found['bend'].shape[-1]} numbers, but the vehicle has "
+            f"bend of the setpoints has {found['bend'].shape[-1]} numbers, but the vehicle has "
             f"{layout.sections} sections; give {layout.bends}."
         )
     runs = max(len(rows) for rows in found.values())
@@ -73,9 +72,9 @@ def wanted_at(scenario: Scenario, layout: Layout, instants: Array) -> Array:
 
 
 def _at_start(scenario: Scenario) -> dict[str, Array]:
-    """Position, yaw and bends (runs or 1, 1, width) that a flight starts with."""
+    """Return position, yaw and bends (runs or 1, 1, width) at the start of a flight."""
     q = np.atleast_2d(scenario.q)[:, None]
     bend = coordinates_of(from_polar(*polar_of(q)))
-    # Of the two triples of Euler angles of an attitude, one says the heading by its opposite.
+    # Of the two Euler triples of an attitude, one has the opposite heading.
     yaw = q[..., 5:6] + np.where(np.cos(q[..., 4:5]) < 0.0, np.pi, 0.0)
     return {"position": q[..., :3], "yaw": yaw, "bend": bend}

@@ -1,30 +1,27 @@
-"""What holds a vehicle at rest."""
+"""Inputs that hold a vehicle at rest."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL, ROTORS, TIP
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 
 def holding(
     engine: Engine,
     rows: Array,
     gravity: float,
-    tip_wrench: Any = 0.0,
+    tip_wrench: ArrayLike = 0.0,
     thrusts: Array | None = None,
 ) -> Array:
-    """Pushes (runs, coordinates) under which nothing accelerates at rest; rows: (runs, 8).
+    """Return actuator wrenches (runs, coordinates) under which nothing accelerates at rest.
 
-    engine: of any model that is held on a base at rest. thrusts: of rotors (runs, rotors) [N],
-    beside which the pushes act; without them rotors stand still.
+    rows: (runs, 8). engine: of any model, on a base at rest. thrusts: of rotors (runs, rotors) [N],
+    that act besides; without them rotors are at rest.
     """
     layout, vehicle = engine.layout, engine.vehicle
     rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
@@ -34,7 +31,7 @@ def holding(
         state, groups = np.hstack([state, speeds]), groups + ROTORS
     moving = slice(layout.velocity.start, layout.bend_rate.stop)
     # Unit wrenches would be lost in the rounding of a large vehicle's accelerations.
-    scale, runs = _scale_of_pushes(vehicle, len(rows)), len(rows)
+    scale, runs = _scale_of_inputs(vehicle, len(rows)), len(rows)
     units = np.vstack([np.zeros(layout.coordinates), np.eye(layout.coordinates)])
     inputs = np.zeros((len(units), runs, layout.inputs))
     inputs[..., layout.tip_wrench] = tip_wrench
@@ -49,8 +46,8 @@ def holding(
     return scale * np.linalg.solve(np.stack(answers, axis=-1), -still[..., None])[..., 0]
 
 
-def _scale_of_pushes(vehicle: Vehicle, runs: int) -> Array:
-    """Sizes of pushes (runs, coordinates): forces, moments and bend moments as vibration has."""
+def _scale_of_inputs(vehicle: Vehicle, runs: int) -> Array:
+    """Return scales (runs, coordinates) of forces, moments and bend moments, as in vibration."""
     sections = [section for arm in vehicle.arms for section in arm.section]
     if not sections:
         return np.ones((runs, vehicle.layout.coordinates))

@@ -1,4 +1,4 @@
-"""Inputs of a flight as the kernels read them: functions of time, sampled over the steps."""
+"""Inputs of a flight for the kernels: functions of time, sampled over the steps."""
 
 from __future__ import annotations
 
@@ -6,29 +6,29 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair import checks
 from continuair.errors import InputError
 from continuair.scenario.excitations import is_vectorised
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array
 from continuair.vehicle.layout import FIELDS, OF_NAME, Layout
-
-Array = np.ndarray
 
 _TIMES_AT_ONCE = 256
 
 
 CALLED = ("force", "moment", "tip_wrench")
-"""Fields of a scenario that what a force_callback returns adds to."""
+"""Fields of a scenario to which a force_callback adds."""
 
 
 def groups_in_use(scenario: Scenario) -> int:
-    """Bits of the groups of inputs that a scenario uses."""
+    """Return the bits of the groups of inputs that a scenario uses."""
     return groups_of(field for field in FIELDS if getattr(scenario, field) is not None)
 
 
 def groups_of(fields: Iterable[str]) -> int:
-    """Bits of the groups of inputs that fields of a scenario give."""
+    """Return the bits of the groups of inputs of a scenario's fields."""
     bits = 0
     for field in fields:
         for name in FIELDS[field]:
@@ -37,17 +37,17 @@ def groups_of(fields: Iterable[str]) -> int:
 
 
 def field_width(field: str, layout: Layout) -> int:
-    """How many numbers a field of a scenario gives."""
+    """Return how many numbers a field of a scenario has."""
     where = [layout.of_input[name] for name in FIELDS[field]]
     return sum(each.stop - each.start for each in where)
 
 
 def sample_inputs(
-    scenario: Scenario, times: Array, layout: Layout, runs: Array | None = None
+    scenario: Scenario, times: Array, layout: Layout, runs: NDArray[np.intp] | None = None
 ) -> tuple[Array, bool]:
-    """Table (times or 1, runs or 1, inputs), and whether it changes over the times.
+    """Return a table (times or 1, runs or 1, inputs), and whether it changes over time.
 
-    runs: indices of the runs that are wanted, of inputs that hold a row per run. Raises InputError.
+    runs: indices of the wanted runs, for inputs with a row per run. Raises InputError.
     """
     parts: list[tuple[str, Array]] = []
     for field in FIELDS:
@@ -61,7 +61,7 @@ def sample_inputs(
     if any(v.shape[1] not in (1, count) for _, v in parts):
         held = ", ".join(f"{field} has {v.shape[1]}" for field, v in parts)
         raise InputError(
-            f"inputs hold rows for different numbers of runs ({held}); give as many rows in each, "
+            f"inputs have different numbers of runs ({held}); give equally many rows in each, "
             "or one row for all runs."
         )
     table = np.zeros((rows, count, layout.inputs))
@@ -70,14 +70,14 @@ def sample_inputs(
     return table, rows > 1
 
 
-def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> Array:
-    """An input at every time: (times or 1, runs or 1, width)."""
+def _at(name: str, value: Any, times: Array, width: int, runs: NDArray[np.intp] | None) -> Array:
+    """Return an input at every time: (times or 1, runs or 1, width)."""
     if not callable(value):
         constant = np.asarray(value, float)
         return _some(constant.reshape(1, -1, constant.shape[-1]), runs)
-    # Steps share their ends: each time is asked for once.
+    # Steps share their ends: each time is evaluated once.
     distinct, index = np.unique(times, return_inverse=True)
-    # Some times after the other: a function may return rows of more runs than are wanted.
+    # In blocks, as a function may return rows of more runs than are wanted.
     blocks = np.array_split(distinct, -(-len(distinct) // _TIMES_AT_ONCE))
     parts = [_some(evaluated(name, value, block, width), runs) for block in blocks]
     if len({part.shape[1] for part in parts}) > 1:
@@ -86,10 +86,10 @@ def _at(name: str, value: Any, times: Array, width: int, runs: Array | None) -> 
 
 
 def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
-    """A function of time at every one of some times: (times, runs or 1, width).
+    """Return a function of time at some times: (times, runs or 1, width).
 
-    Raises InputError if it does not return that many finite numbers each time, or other ones
-    when it is asked again.
+    Raises InputError unless it returns that many finite numbers each time, and the same ones when
+    called again.
     """
     found = asked(name, value, times, width)
     again = checks.asked_again(len(times))
@@ -98,11 +98,11 @@ def evaluated(name: str, value: Any, times: Array, width: int) -> Array:
 
 
 def asked(name: str, value: Any, times: Array, width: int) -> Array:
-    """As `evaluated`, but values are not compared with those of a second call."""
+    """Return values as `evaluated`, without the comparison with a second call."""
     given: list[Any] = []
     returned: list[Any] = []
     try:
-        # Copied, as a function may return the same array each time. Overflow is told of below.
+        # Copied, as a function may return the same array each time. Overflow is reported below.
         with np.errstate(over="ignore", invalid="ignore"):
             if is_vectorised(value):
                 given = value(times[:, None])
@@ -113,14 +113,13 @@ def asked(name: str, value: Any, times: Array, width: int) -> Array:
     except Exception as error:
         raise InputError(
             f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
-            "numbers at every time of it."
+            "numbers at every time."
         ) from error
     if not checks.means_numbers(returned):
         meant = [checks.means_numbers(each) for each in returned]
         raise InputError(
-            f"{name} holds a truth value, a masked entry or a unit at t = "
-            f"{times[meant.index(False)]:g} s; return "
-            f"{width} numbers, in SI units, at every time of the flight."
+            f"{name} returns a boolean, a masked entry or a unit at t = "
+            f"{times[meant.index(False)]:g} s; return {width} numbers in SI units."
         )
     try:
         rows = np.array(given, float)
@@ -131,18 +130,19 @@ def asked(name: str, value: Any, times: Array, width: int) -> Array:
     bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(-1)
     if bad.any():
         raise InputError(
-            f"{name} is not finite at t = {times[bad][0]:g} s; return finite numbers at every "
-            "time of the flight."
+            f"{name} is not finite at t = {times[bad][0]:g} s; return finite numbers at every time."
         )
     return rows.reshape(len(times), -1, width)
 
 
 def _changing_shape(name: str, width: int) -> InputError:
+    """Return an InputError for values of wrong shape."""
     return InputError(
         f"{name} returns values of changing or wrong shape over time; return {width} numbers, or a "
         "row of them per run, at every time."
     )
 
 
-def _some(rows: Array, runs: Array | None) -> Array:
+def _some(rows: Array, runs: NDArray[np.intp] | None) -> Array:
+    """Return the rows (times, runs or 1, width) of some runs."""
     return rows if runs is None or rows.shape[1] == 1 else rows[:, runs]

@@ -19,11 +19,11 @@ FIXED: dict[str, list[Any]] = {
     "quaternion": list("xyzw"),
     "bend_axis": ["x", "y"],
 }
-"""Of dimensions that every vehicle has alike."""
+"""Labels of dimensions that do not depend on the vehicle."""
 
 
 def labels_of(vehicle: Vehicle) -> xr.Coordinates:
-    """The coordinates that are the same in every trajectory of vehicles with such parts."""
+    """Return the coordinates that all trajectories of a vehicle share."""
     rotors = vehicle.uav.rotors.count if vehicle.uav.rotors is not None else 0
     if not vehicle.has_arm_list:
         return _labels(None, (), rotors)
@@ -32,22 +32,22 @@ def labels_of(vehicle: Vehicle) -> xr.Coordinates:
 
 
 def in_order(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
-    """A flight of the vehicle with its labels in order, whatever order they were selected in.
+    """Return a flight of the vehicle with its labels in order.
 
-    Raises InputError for one that has some of them alone.
+    Raises InputError for a flight that has only some of them.
     """
     return ordered(flight, labels_of(vehicle))
 
 
 def ordered(flight: xr.Dataset, labels: Mapping[Any, Any]) -> xr.Dataset:
-    """A flight with the dimensions of these labels in their order, as `in_order`."""
+    """Return a flight with the dimensions of these labels in order, as `in_order`."""
     wanted = {}
     for name, each in labels.items():
         order, given = np.asarray(each).tolist(), list(flight.indexes.get(name, ()))
         if given and set(given) < set(order):
             lacking = ", ".join(str(label) for label in order if label not in given)
-            raise InputError(f"flight lacks the {name} {lacking}; give all that was simulated.")
-        # What is in order is not copied.
+            raise InputError(f"flight lacks the {name} {lacking}; give the whole flight.")
+        # A dimension in order is not copied.
         if given != order and sorted(given) == sorted(order):
             wanted[name] = order
     return flight.sel(wanted)
@@ -55,11 +55,12 @@ def ordered(flight: xr.Dataset, labels: Mapping[Any, Any]) -> xr.Dataset:
 
 @cache
 def _labels(arms: tuple[str, ...] | None, sections: tuple[str, ...], rotors: int) -> xr.Coordinates:
-    # Rotors count from 1, as in files that are written of flights.
+    # Rotors count from 1, as in exported files.
+    """Return the coordinates for some names of arms and sections, and a number of rotors."""
     alike = FIXED | {"rotor": list(range(1, rotors + 1))}
     if arms is None:
         own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
         return xr.Coordinates(alike | own)
-    polar, pushes = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))
-    own = {"actuator": [*ACTUATORS[:6], *pushes], "coordinate": [*COORDINATES[:6], *polar]}
+    polar, moments = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))
+    own = {"actuator": [*ACTUATORS[:6], *moments], "coordinate": [*COORDINATES[:6], *polar]}
     return xr.Coordinates(alike | own | {"arm": list(arms), "section": list(sections)})

@@ -1,4 +1,4 @@
-"""What a controller's limits cut off, told after a flight."""
+"""Warnings that a controller's command reached its limits."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ from contextlib import AbstractContextManager
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from continuair.flight.resolution import in_runs
 from continuair.flight.trajectory import Recorder
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array
 from continuair.warning import untold, warn
-
-Array = np.ndarray
 
 
 def with_limited_command(names: tuple[str, ...], scenario: Scenario) -> tuple[str, ...]:
-    """The variables to record: the command too if it has limits, which are looked for there."""
+    """Return the variables to record, with the command if it has limits."""
     controller = scenario.controller
     limited = controller is not None and controller.at_limits and "command" not in names
     return (*names, "command") if limited else names
 
 
 def warn_of_limits(recorder: Recorder, stacklevel: int) -> None:
-    """Warn, a number of frames up, if the controller's command is at its limits at samples."""
+    """Warn, `stacklevel` frames up, if the controller's command is at its limits at samples."""
     controller = recorder.flight.scenario.controller
     if controller is None or controller.at_limits is None:
         return
@@ -36,17 +36,16 @@ def warn_of_limits(recorder: Recorder, stacklevel: int) -> None:
     first = recorder.flight.marks.samples[np.flatnonzero(at.any(axis=0))[0]]
     names = ", ".join(name for name, each in parts.items() if each.any())
     warn(
-        f"controller {controller.name} reaches its limits{of}: {names} from t = {first:.3g} s on, "
-        f"at {100.0 * at[runs].mean():.3g} % of the samples; see the result's command, or give "
-        "limits that leave room.",
+        f"controller {controller.name} reaches its limits{of}: {names} from t = {first:.3g} s, "
+        f"at {100.0 * at[runs].mean():.3g} % of the samples; see command, or raise the limits.",
         stacklevel=stacklevel,
     )
 
 
-def share_at_limits(scenario: Scenario, flown: xr.Dataset, chosen: Array) -> Array:
-    """The share (runs,) of samples at which commands are at the controller's limits.
+def share_at_limits(scenario: Scenario, flown: xr.Dataset, chosen: NDArray[np.intp]) -> Array:
+    """Return the share (runs,) of samples at which commands are at the controller's limits.
 
-    flown: with the command (run, time, number), of the runs that are chosen by their indices.
+    flown: with the command (run, time, number), of the runs with the indices `chosen`.
     """
     controller = scenario.controller
     if controller is None or controller.at_limits is None:
@@ -66,11 +65,11 @@ def warn_of_runs_at_limits(shares: Array, scenario: Scenario, stacklevel: int) -
         warn(
             f"controller {scenario.controller.name} reaches its limits"
             f"{in_runs(runs.sum(), len(runs))}, at up to {100.0 * shares.max():.3g} % of the "
-            "samples; see the command that simulate returns, or give limits that leave room.",
+            "samples; see command of simulate, or raise the limits.",
             stacklevel=stacklevel,
         )
 
 
 def limits_untold() -> AbstractContextManager[None]:
-    """For studies of many vehicles that say elsewhere how often: no warnings of limits."""
+    """Suppress warnings of limits, for studies of many vehicles that report them otherwise."""
     return untold("controller .* reaches its limits")

@@ -1,6 +1,6 @@
-"""What a flight is made of: vehicle, scenario and choices, made into one immutable `Flight`.
+"""Preparation of flights: vehicle, scenario and options, combined into one immutable `Flight`.
 
-Every way to fly starts here: `simulate`, `run_pairs`, `Simulation`, sweeps, couplings and studies.
+Every simulation starts here: `simulate`, `run_pairs`, `Simulation`, sweeps, couplings and studies.
 """
 
 from __future__ import annotations
@@ -24,16 +24,15 @@ from continuair.flight.time_grid import call_times, check_marks, check_steps, ma
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import name_of, terms_of
+from continuair.typing import Array, Method
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
 
-Array = np.ndarray
-
 DEFAULT_TOLERANCE = 1e-4
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-2
 _COARSE_TOLERANCE = 1e-4
-"""Finest tolerance in single precision, whose rounding is of that size over a flight."""
+"""Finest tolerance in single precision, whose rounding error over a flight is of that size."""
 
 
 def prepare(
@@ -45,22 +44,22 @@ def prepare(
     duration: Any = None,
     device: Any = "cpu",
     threads: Any = None,
-    method: str = "RK4",
+    method: Method = "RK4",
     tolerance: Tolerance | None = None,
     with_callback: bool = False,
     stacklevel: int = 2,
 ) -> Flight:
-    """Check vehicle, scenario and choices, as `continuair.simulate` describes them, and join them.
+    """Check vehicle, scenario and options, as described in `continuair.simulate`, and combine them.
 
-    method, tolerance: as a `Flight` has them. with_callback: whether the caller flies a
-    force_callback. Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
+    method, tolerance: as in `Flight`. with_callback: whether the caller supports a force_callback.
+    Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
     check_scenario(scenario)
     if scenario.force_callback is not None and not with_callback:
         raise InputError(
             f"scenario {shown(scenario.name)} has a force_callback, which only continuair.simulate "
-            "calls; write the force as a continuair.Term."
+            "supports; write the force as a continuair.Term."
         )
     asked = None if isinstance(step, str) and step == "auto" else checked_step(step)
     duration, sample = _times(scenario, duration, sample)
@@ -115,15 +114,16 @@ def prepare(
 
 
 def tolerance_for(
-    method: str,
+    method: Method,
     rtol: Any = DEFAULT_TOLERANCE,
     atol: Any = None,
     max_step: Any = np.inf,
     dtype: str = "float64",
 ) -> Tolerance | None:
-    """The tolerance of a method that controls its steps by their error, None for another.
+    """Return the tolerance of an adaptive method, None for another.
 
-    Raises InputError for what such a method cannot keep, and for what another one does not read.
+    Raises InputError for invalid tolerances, and for those given to a method that does not use
+    them.
     """
     if method == TSIT5:
         return _checked_tolerance(rtol, atol, max_step, dtype)
@@ -138,13 +138,15 @@ def tolerance_for(
 
 
 def _is(value: Any, number: float) -> bool:
-    """Tell whether a value is a number, of any type but an array; arrays have no truth value."""
+    """Return whether a value is a given number; arrays are not, as they have no truth value."""
     return np.ndim(value) == 0 and bool(value == number)
 
 
-def step_for(method: str, step: Any) -> Any:
-    """The step of a method, "auto" for one that controls its steps; raises InputError if it is
-    missing, or not read."""
+def step_for(method: Method, step: Any) -> Any:
+    """Return the step of a method, "auto" for an adaptive one.
+
+    Raises InputError if it is missing, or not used.
+    """
     if method == TSIT5 and step is not None:
         raise InputError(
             f"step is {shown(step)}, but method is '{TSIT5}', which chooses its steps; give "
@@ -152,22 +154,23 @@ def step_for(method: str, step: Any) -> Any:
         )
     if method != TSIT5 and step is None:
         raise InputError(
-            f"step is missing, but method is {shown(method)}, whose steps have one length; give it "
-            "[s], or step='auto'."
+            f"step is missing, but method is {shown(method)}, whose steps have one length; give "
+            "step [s], or step='auto'."
         )
     return "auto" if step is None else step
 
 
 def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Tolerance:
+    """Return the tolerance of an adaptive method, or raise InputError."""
     checks.number("rtol", rtol, least=LEAST_TOLERANCE)
     if rtol > LARGEST_TOLERANCE:
         raise InputError(
-            f"rtol is {shown(rtol)}, but must be from {LEAST_TOLERANCE:g} to "
-            f"{LARGEST_TOLERANCE:g}; give less."
+            f"rtol is {shown(rtol)}; give a number from {LEAST_TOLERANCE:g} to "
+            f"{LARGEST_TOLERANCE:g}."
         )
     if dtype == "float32" and rtol < _COARSE_TOLERANCE:
         raise InputError(
-            f"rtol is {shown(rtol)}, finer than float32 can hold; give {_COARSE_TOLERANCE:g} or "
+            f"rtol is {shown(rtol)}, finer than float32 resolves; give {_COARSE_TOLERANCE:g} or "
             "more, or dtype='float64'."
         )
     absolute = None if atol is None else checks.positive("atol", atol)
@@ -181,21 +184,22 @@ def _check_not_stiff(vehicle: Vehicle) -> None:
         if term.stiff:
             raise InputError(
                 f"method is 'implicit', which has no derivatives of the term {name_of(term)}; "
-                "use 'RK4', or declare stiff = False in its class if its force changes slowly."
+                "use 'RK4', or declare stiff = False in its class."
             )
 
 
 def _engine(vehicle: Vehicle, device: str, threads: int | None, method: str) -> Engine:
-    """An engine of the coupled model; one that is at hand for a vehicle of one run."""
+    """Return an engine of the coupled model, cached for a vehicle of one run."""
     of = _engine_of_one if vehicle.runs is None else _new_engine
     return of(vehicle, device, threads, method)
 
 
 def _new_engine(vehicle: Vehicle, device: str, threads: int | None, method: str) -> Engine:
+    """Return a new engine of the coupled model."""
     return Engine(vehicle, "coupled", device=device, threads=threads, method=method)
 
 
-# Packing takes longer than a short flight.
+# Packing a vehicle takes longer than a short flight.
 _engine_of_one = lru_cache(maxsize=16)(_new_engine)
 
 
@@ -209,18 +213,18 @@ def check_scenario(scenario: Any) -> None:
 
 
 def check_fits(scenario: Scenario, layout: Layout) -> None:
-    """Raise InputError unless a scenario is for as many sections and arms as a vehicle has."""
+    """Raise InputError unless a scenario has as many sections and arms as a vehicle."""
     if scenario.sections != layout.sections:
         raise InputError(
-            f"scenario.q holds {np.shape(scenario.q)[-1]} numbers, but the vehicle has "
+            f"scenario.q has {np.shape(scenario.q)[-1]} numbers, but the vehicle has "
             f"{layout.sections} sections; give {layout.coordinates}: x y z roll pitch yaw, and "
-            "kappa psi_a of each section."
+            "kappa psi_a per section."
         )
     wrench = scenario.tip_wrench
     given = wrench(0.0) if callable(wrench) else wrench
     if given is not None and np.shape(given)[-1] != 6 * layout.arms:
         raise InputError(
-            f"scenario.tip_wrench holds {np.shape(given)[-1]} numbers, but the vehicle has "
+            f"scenario.tip_wrench has {np.shape(given)[-1]} numbers, but the vehicle has "
             f"{layout.arms} arms; give 6 for each."
         )
 
@@ -232,7 +236,7 @@ def checked_step(step: Any) -> Array:
 
 
 def _times(scenario: Scenario, duration: Any, sample: Any) -> tuple[float, float]:
-    """Duration and time between samples [s]."""
+    """Return duration and time between samples [s]."""
     lasts = scenario.duration if duration is None else checks.positive("duration", duration)
     if checks.positive("sample", sample) > lasts * (1.0 + 1e-9):
         raise InputError(
@@ -243,17 +247,17 @@ def _times(scenario: Scenario, duration: Any, sample: Any) -> tuple[float, float
 
 
 def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> tuple[int, bool]:
-    """The number of runs of a batch, all parts of which agree on it, and whether it is one."""
+    """Return the number of runs, on which all parts must agree, and whether it is a batch."""
     width = sample_inputs(scenario, np.zeros(1), engine.layout)[0].shape[1]
     controller, seed = scenario.controller, scenario.seed
-    believed = controller.believes if controller is not None else None
+    nominal = controller.believes if controller is not None else None
     listed = isinstance(scenario.target, (list, tuple))
     sizes: Mapping[str, int | None] = {
         "vehicle": vehicle.runs,
         "scenario.q": _rows(scenario.q),
         "scenario.qd": _rows(scenario.qd),
         "scenario.controller": controller.runs if controller is not None else None,
-        "the vehicle that scenario.controller believes in": believed.runs if believed else None,
+        "the nominal vehicle of scenario.controller": nominal.runs if nominal else None,
         "scenario.target": len(scenario.targets) if listed else None,
         "scenario.seed": len(seed) if isinstance(seed, tuple) else None,
         "scenario.setpoints": None if scenario.setpoints is None else scenario.setpoints.runs,
@@ -266,14 +270,15 @@ def _runs(vehicle: Vehicle, scenario: Scenario, engine: Engine) -> tuple[int, bo
 
 
 def _rows(state: Any) -> int | None:
+    """Return the number of rows of a state, None for one row."""
     return len(state) if np.ndim(state) == 2 else None
 
 
 def check_same_runs(runs: int, sizes: Mapping[str, int | None]) -> None:
-    """Raise InputError unless each part holds that many runs, or one for all."""
+    """Raise InputError unless each part has that many runs, or one for all."""
     for name, size in sizes.items():
         if size not in (None, 1, runs):
             raise InputError(
-                f"{name} holds {size} runs, but the batch has {runs}; give every "
+                f"{name} has {size} runs, but the batch has {runs}; give every "
                 "array one row per run, or a single row."
             )

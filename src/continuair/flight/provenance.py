@@ -1,7 +1,7 @@
-"""What flew, told by variables of a result: joined flights keep the attributes of the first alone.
+"""Provenance of flights as variables of a result.
 
-xarray joins variables, but of attributes takes the first flight's, or none; so each flight has a
-digest of the vehicle and the scenario that its attributes tell, and the number of its model.
+xarray joins variables, but keeps the attributes of the first flight, or none. So each flight has a
+digest of the vehicle and the scenario in its attributes, and the number of its model.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from continuair.kernels.dynamics import MODELS
 PROVENANCE, FLOWN_MODEL = "provenance", "flown_model"
 
 _BITS = 52
-"""Of a digest: a float, which xarray makes of numbers beside missing ones, holds it."""
+"""Bits of a digest, which a float holds: xarray converts numbers beside missing ones."""
 
 _OF_DIGEST = {"units": "1", "long_name": "digest of the attributes vehicle and scenario"}
 _OF_MODEL = {
@@ -30,9 +30,9 @@ _OF_MODEL = {
 
 
 def provenance_of(attributes: Mapping[Any, Any], runs: int) -> dict[str, Any]:
-    """Variables (runs,) that tell of each run which vehicle, scenario and model flew."""
+    """Return variables (runs,) with the digest of vehicle and scenario, and the model."""
     name = attributes["model"]
-    # Couplings are taken apart by models that have no name here.
+    # Models with a coupling removed have no name here.
     model = np.full(runs, MODELS.index(name) if name in MODELS else -1, np.int8)
     return {
         PROVENANCE: (("run",), np.full(runs, _digest_of(attributes)), _OF_DIGEST),
@@ -41,18 +41,18 @@ def provenance_of(attributes: Mapping[Any, Any], runs: int) -> dict[str, Any]:
 
 
 def _digest_of(attributes: Mapping[Any, Any]) -> int:
-    """Of the vehicle and the scenario that attributes of a result tell."""
+    """Return the digest of the vehicle and the scenario in a result's attributes."""
     told = "\n".join(str(attributes.get(name)) for name in ("vehicle", "scenario"))
     return int.from_bytes(hashlib.sha256(told.encode()).digest()[:8], "big") >> (64 - _BITS)
 
 
 def is_joined(flight: xr.Dataset) -> bool:
-    """Whether the attributes of a result are not those of its flights, of one at least."""
+    """Return whether the attributes of a result are not those of all its flights."""
     return PROVENANCE in flight and _held(flight[PROVENANCE]) != {_digest_of(flight.attrs)}
 
 
 def model_of(flight: xr.Dataset) -> str:
-    """The name of the model that flew; empty where a result tells none, or several."""
+    """Return the name of the simulated model; empty if a result has none, or several."""
     if "model" in flight.coords and flight["model"].ndim == 0:
         return str(flight["model"].item())
     if FLOWN_MODEL not in flight:
@@ -62,6 +62,6 @@ def model_of(flight: xr.Dataset) -> str:
 
 
 def _held(numbers: xr.DataArray) -> set[float]:
-    """The different numbers, but for what is missing."""
+    """Return the distinct numbers that are not missing."""
     values = np.ravel(numbers.to_numpy())
     return set(values[np.isfinite(values)].tolist())

@@ -1,4 +1,4 @@
-"""Results read back from their netCDF files, and the vehicles that flew them."""
+"""Results read from their netCDF files, and their vehicles."""
 
 from __future__ import annotations
 
@@ -18,22 +18,36 @@ from continuair.flight.provenance import is_joined
 from continuair.vehicle.vehicle import Vehicle, vehicle_of_run
 
 GIVEN_TO_STEPS = "given to Simulation.step"
-"""What a result says, in place of a function's name, of inputs that no scenario knows."""
+"""Entry of a result's scenario for inputs that were given to `Simulation.step`."""
 
 BATCH_ROW = "batch_row"
-"""Coordinate along run: which row of its batch each run was, whatever labels run has since."""
+"""Coordinate along run: each run's row in its batch, independent of the labels of run."""
 
 _MOST_UNPACKED = 1100
-"""Bytes that a byte of deflated data gives at most, a little more than it can."""
+"""Upper limit of the ratio of unpacked to deflated bytes."""
 
 _FREELY_UNPACKED = 1 << 26
 """Bytes that a variable may always have, such as one of fill values."""
 
 
 def read_result(path: str | os.PathLike[str]) -> xr.Dataset:
-    """A result that `to_netcdf` or a study wrote, all of it in memory.
+    """Read a result that `to_netcdf` or a study wrote.
 
-    Raises InputError for what is not there, no netCDF, damaged, not ours, or of a later version.
+    Parameters
+    ----------
+    path : str or path
+        The netCDF file.
+
+    Returns
+    -------
+    xarray.Dataset
+        The result, in memory.
+
+    Raises
+    ------
+    InputError
+        If the file does not exist, is not netCDF, is damaged, is not a result of continuair, or is
+        of a later version.
     """
     with opened(path) as result:
         return result.load()
@@ -41,8 +55,10 @@ def read_result(path: str | os.PathLike[str]) -> xr.Dataset:
 
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
-    """A result, of whose file only what is used is read; raises InputError as `read_result` does,
-    also for what its user finds damaged."""
+    """Yield a result whose data are read on use; raises InputError as `read_result` does.
+
+    Also for damage that is found on use.
+    """
     file = user_path("result", path)
     check_regular("result", file)
     named = f"result is {printed(path)}, "
@@ -59,14 +75,13 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
         raise InputError(f"{named}but there is no such file; correct the path.") from None
     except DAMAGE as error:
         raise InputError(
-            f"{named}which cannot be read as netCDF ({reason(error)}); it is damaged or something "
-            "else: write it again with to_netcdf or a study."
+            f"{named}which cannot be read as netCDF ({reason(error)}); write it again with "
+            "to_netcdf or a study."
         ) from None
 
 
 def _check_contained(file: Path, named: str) -> None:
-    """Raise InputError for a file that HDF5 would read other files for, or that unpacks to far more
-    than it can hold."""
+    """Raise InputError for a file that refers to other files, or unpacks to an impossible size."""
     import h5py
 
     with h5py.File(file, "r") as root:
@@ -91,38 +106,38 @@ def _check_contained(file: Path, named: str) -> None:
 def _check_data(member: Any, named: str, name: str) -> None:
     """Raise InputError for a variable whose values are not all in the file."""
     if member.external or member.is_virtual:
-        raise InputError(f"{named}whose {name} is stored in other files; give one that holds it.")
+        raise InputError(f"{named}whose {name} is stored in other files; give one that has it.")
     if member.nbytes > _MOST_UNPACKED * member.id.get_storage_size() + _FREELY_UNPACKED:
         raise InputError(
             f"{named}whose {name} would unpack to {member.nbytes:.3g} bytes, more than the file "
-            "can hold; it is damaged or made to fill the memory."
+            "can hold; give an undamaged file."
         )
 
 
 def _check_ours(path: str | os.PathLike[str], result: xr.Dataset) -> None:
-    """Raise InputError for what no continuair, or one to come, has written of a vehicle."""
+    """Raise InputError for a file of a later or no version of continuair, or without a vehicle."""
     if "versions" not in result.attrs:
         raise InputError(
-            f"result is {printed(path)}, which holds no flight of continuair; give a result of "
+            f"result is {printed(path)}, which has no flight of continuair; give a result of "
             "continuair.simulate, or of a study."
         )
     check_version("result", path, str(json.loads(result.attrs["versions"]).get("continuair", "0")))
     if "vehicle" not in result.attrs:
         raise InputError(
-            f"result is {printed(path)}, which does not say which vehicle flew; keep the "
-            "attributes of continuair.simulate when it is written."
+            f"result is {printed(path)}, which has no attribute vehicle; keep the "
+            "attributes of continuair.simulate when writing it."
         )
 
 
-def vehicle_of(flight: Any) -> Vehicle:
-    """The vehicle that a result says has flown, of a batch that of the run that is chosen.
+def vehicle_of(flight: object) -> Vehicle:
+    """Return the vehicle stored in a result, of a batch that of the selected run.
 
-    Raises InputError where it says none, or many.
+    Raises InputError if there is none, or several.
     """
     if not isinstance(flight, xr.Dataset) or "vehicle" not in flight.attrs or is_joined(flight):
         raise InputError(
-            "flight does not say which vehicle flew it, as flights that were joined, or cast to "
-            "another type, do not; give a result of continuair.simulate as it is, or the vehicle."
+            "flight has no vehicle, as after joining flights or casting types; give an unchanged "
+            "result of continuair.simulate, or the vehicle."
         )
     said = flight.attrs["vehicle"]
     try:
@@ -130,14 +145,13 @@ def vehicle_of(flight: Any) -> Vehicle:
     except DAMAGE as error:
         why = reason(error).rstrip(".")
         raise InputError(
-            "flight says of its vehicle what cannot be read, or is of many vehicles; choose a run, "
-            f"as in flight.isel(run=0), which keeps the coordinate {BATCH_ROW}, or give the "
-            f"vehicle that flew ({why})."
+            f"flight has an unreadable vehicle, or many ({why}); select a run, as in "
+            f"flight.isel(run=0), with its coordinate {BATCH_ROW}, or give the vehicle."
         ) from None
 
 
 def vehicles_of(flight: xr.Dataset) -> list[Vehicle]:
-    """The vehicles that a result says have flown, one for each run; none where it does not tell."""
+    """Return the vehicles stored in a result, one per run; none if unknown."""
     if "vehicle" not in flight.attrs or is_joined(flight):
         return []
     rows = flight.coords.get(BATCH_ROW)
@@ -152,17 +166,16 @@ def vehicles_of(flight: xr.Dataset) -> list[Vehicle]:
 
 
 def run_of(flight: xr.Dataset) -> int | None:
-    """The row of its batch that a flight was; None where it does not tell."""
+    """Return the row of a flight in its batch; None if unknown."""
     row = flight.coords.get(BATCH_ROW)
-    # Interpolated between runs it is no whole number.
+    # After interpolation between runs it is not an integer.
     return int(row) if row is not None and row.ndim == 0 and row.dtype.kind in "iu" else None
 
 
 def scenario_of(flight: xr.Dataset) -> dict[str, Any]:
-    """What a result says of its scenario: functions of time by their names alone; nothing where
-    flights were joined.
+    """Return the scenario stored in a result, with functions of time by name; empty if joined.
 
-    Raises InputError where that cannot be read.
+    Raises InputError if it cannot be read.
     """
     if is_joined(flight):
         return {}
@@ -170,16 +183,16 @@ def scenario_of(flight: xr.Dataset) -> dict[str, Any]:
         return dict(json.loads(flight.attrs.get("scenario", "{}")))
     except DAMAGE as error:
         raise InputError(
-            f"flight says of its scenario what cannot be read ({reason(error)}); give a result of "
-            "continuair.simulate as it is."
+            f"flight has an unreadable scenario ({reason(error)}); give an unchanged result of "
+            "continuair.simulate."
         ) from None
 
 
 def check_arms_flown(name: str, flight: xr.Dataset) -> None:
-    """Raise InputError for a result whose vehicle has no arm, if it tells."""
+    """Raise InputError for a result whose vehicle, if stored, has no arm."""
     flown = vehicles_of(flight)
     if flown and not flown[0].arms:
         raise InputError(
-            f"{name} was flown by {shown(flown[0].name)}, which has no arm, but this needs one; "
-            "use its position and attitude."
+            f"{name} is of the vehicle {shown(flown[0].name)}, which has no arm; use its position "
+            "and attitude."
         )

@@ -1,20 +1,20 @@
-"""What a recorder keeps of a prepared flight's runs, flown in parts that fit into memory."""
+"""Simulation of a prepared flight's runs, in parts that fit into memory."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from continuair.engine.engine import Engine
 from continuair.engine.lanes import packs_of
 from continuair.flight import adaptive
 from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
+from continuair.typing import Array
 from continuair.vehicle.runs import per_run
 
-Array = np.ndarray
-
-# Numbers that are logged at once before they are kept: on the CPU they stay near the core.
+# Numbers that are logged at once before they are recorded: on the CPU they fit the cache.
 _LOGGED_AT_ONCE = {"cpu": 1.0e6, "cuda": 2.0e7}
 _NUMBERS_PER_SAMPLE = 50
 
@@ -23,12 +23,12 @@ def fly(
     flight: Flight,
     model: str,
     names: tuple[str, ...],
-    runs: Array | None = None,
+    runs: NDArray[np.intp] | None = None,
     check: bool = False,
 ) -> xr.Dataset:
-    """Trajectories of one model of a prepared flight, or of some of its runs, by their indices.
+    """Return the trajectories of one model of a prepared flight, or of some of its runs by index.
 
-    check: whether error_estimate is found by a second flight.
+    check: compute error_estimate by a second simulation.
     """
     recorder = Recorder(flight, model, names, "float64", runs)
     record(recorder, check=check)
@@ -37,7 +37,7 @@ def fly(
 
 
 def record(recorder: Recorder, *, check: bool = False) -> None:
-    """Fly what a recorder keeps; check: also with finer steps, to find error_estimate."""
+    """Simulate the runs of a recorder; check: also with finer steps, for error_estimate."""
     if not check:
         _record(recorder)
         return
@@ -51,8 +51,10 @@ def record(recorder: Recorder, *, check: bool = False) -> None:
 
 
 def error_between(recorder: Recorder, finer: Recorder, place: str) -> Array:
-    """Largest distance of a place of runs from that of a finer flight (runs,), in arm lengths; inf
-    where both end differently."""
+    """Return the largest distance of a point from that of a finer flight (runs,), in arm lengths.
+
+    inf if the two have different statuses.
+    """
     tips, others = (each.values(place) for each in (recorder, finer))
     reach = per_run(recorder.flight.vehicle.reach, recorder.flight.runs)[recorder.runs]
     apart = np.asarray(tips - others, float).reshape(*tips.shape[:2], -1, 3)
@@ -61,6 +63,7 @@ def error_between(recorder: Recorder, finer: Recorder, place: str) -> Array:
 
 
 def _record(recorder: Recorder) -> None:
+    """Simulate the runs of a recorder once."""
     flight = recorder.flight
     if flight.counted:
         adaptive.record(recorder)
@@ -81,7 +84,7 @@ def _record(recorder: Recorder) -> None:
 
 
 def _runs_at_once(cohort: Cohort, engine: Engine) -> int:
-    """How many runs of a cohort fit into memory, in whole packs."""
+    """Return how many runs of a group fit into memory, in whole packs."""
     kind, runs = engine.device.split(":")[0], len(cohort.runs)
     size = most_runs(cohort.grid.samples, _LOGGED_AT_ONCE[kind])
     if kind == "cpu":
@@ -91,5 +94,5 @@ def _runs_at_once(cohort: Cohort, engine: Engine) -> int:
 
 
 def most_runs(samples: Array, numbers: float) -> int:
-    """How many runs of some samples make that many numbers."""
+    """Return how many runs with some samples have that many numbers."""
     return max(1, int(numbers / (len(samples) * _NUMBERS_PER_SAMPLE)))

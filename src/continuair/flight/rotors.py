@@ -1,4 +1,4 @@
-"""Rotors of a flight: what they start at and what commands them where nothing else does."""
+"""Rotors of a flight: their initial speeds, and default commands."""
 
 from __future__ import annotations
 
@@ -10,26 +10,25 @@ from continuair.engine.engine import Engine
 from continuair.errors import CannotHover, InputError, shown
 from continuair.flight.holding import holding
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
-Array = np.ndarray
-
-# Of the greatest thrust. The last bits of the solver are others where another BLAS is.
+# Digits relative to the largest thrust, as the solver's last bits depend on the BLAS library.
 _DIGITS = 12
 
-# The wash of real rotors takes back up to a tenth: a digit is gained in a round.
+# The wash of real rotors cancels up to a tenth of the thrust: each iteration gains a digit.
 _ROUNDS = 40
 
 
 def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -> None:
-    """Raise InputError unless a vehicle has what a scenario gives wind and commands to."""
+    """Raise InputError unless a vehicle has the drag and rotors that a scenario uses."""
     if scenario.wind is not None and not layout.air:
         raise InputError(
-            "wind is given, but the vehicle has no drag for it to act on; leave it out, or give "
-            "the vehicle a table [uav.drag], its rotors hub_drag, or a section a drag_coefficient."
+            "wind is given, but the vehicle has no drag; omit it, or give the vehicle a table "
+            "[uav.drag], its rotors hub_drag, or a section a drag_coefficient."
         )
     for name in ("rotor_command", "rotor_thrust"):
         _check_count(name, getattr(scenario, name), layout.rotors)
@@ -39,36 +38,37 @@ def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -
 
 
 def _check_count(name: str, value: Any, rotors: int) -> None:
+    """Raise InputError unless there is a thrust for each rotor."""
     given = value(0.0) if callable(value) else value
     if given is None or np.shape(given)[-1] == rotors:
         return
-    many = f"{rotors} rotors; give one for each" if rotors else "no rotors; leave it out"
+    many = f"{rotors} rotors; give one for each" if rotors else "no rotors; omit it"
     held = np.shape(given)[-1]
-    raise InputError(f"scenario.{name} holds {held} thrusts, but the vehicle has {many}.")
+    raise InputError(f"scenario.{name} has {held} thrusts, but the vehicle has {many}.")
 
 
 def _check_start(highest: Any, thrust: Any) -> None:
+    """Raise InputError if an initial thrust is beyond the limit."""
     if thrust is not None and (thrust > np.asarray(highest)[..., None]).any():
         raise InputError(
-            f"scenario.rotor_thrust is {shown(thrust)}, but a rotor gives {shown(highest)} N at "
-            "the most; give less."
+            f"scenario.rotor_thrust is {shown(thrust)}; give at most the limit of a rotor, "
+            f"{shown(highest)} N."
         )
 
 
 def _check_rank(rank: int, law: Any) -> None:
+    """Raise InputError if a controller needs forces that the rotors cannot produce."""
     if law is not None and rank < law.asks:
         raise InputError(
-            f"controller {law.name} asks for forces in any direction, but the rotors give a wrench "
-            f"of rank {rank}, not 6; give rotors that are tilted, such as hex_tilted, a controller "
-            "that turns the vehicle, or a vehicle without [uav.rotors]."
+            f"controller {law.name} needs a wrench of rank 6, but the rotors give rank {rank}; use "
+            "tilted rotors (hex_tilted), another controller, or no [uav.rotors]."
         )
 
 
 def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
-    """The scenario with the thrusts that rotors start at, and those that hold the vehicle where
-    nothing commands them.
+    """Return the scenario with initial rotor thrusts, and a hovering command if nothing else acts.
 
-    Raises InputError where thrusts that it does not give would be beyond the limits.
+    Raises InputError if hovering thrusts would exceed the limits.
     """
     if engine.vehicle.uav.rotors is None:
         return scenario
@@ -83,37 +83,47 @@ def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
         if command is not None:
             given = np.asarray(command(0.0) if callable(command) else command, float)
             highest = np.asarray(engine.vehicle.uav.rotors.highest)[..., None]
-            # Beside a controller it adds to what that asks for, which hovers at first.
+            # With a controller it adds to the controller's command, which hovers at first.
             start = np.clip(given if hover is None else hover + given, 0.0, highest)
     return scenario.replace(rotor_thrust=start, rotor_command=hover if alone else command)
 
 
 def rotor_speeds(vehicle: Vehicle, scenario: Scenario) -> Array:
-    """Speeds (runs or 1, rotors), over the greatest, that rotors start at; without rotors none."""
+    """Return the initial speeds (runs or 1, rotors), over the largest; none without rotors."""
     if vehicle.uav.rotors is None:
         return np.zeros((1, 0))
     return np.atleast_2d(vehicle.uav.rotors.speeds_of(np.asarray(scenario.rotor_thrust)))
 
 
 def still(vehicle: Vehicle) -> dict[str, Array]:
-    """The rotor_command, if there are rotors, that leaves them at rest beside direct forces."""
+    """Return the rotor_command at which rotors are at rest, beside direct forces.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle, or a batch.
+
+    Returns
+    -------
+    dict of str to ndarray
+        ``rotor_command`` of zeros, or nothing without rotors.
+    """
     rotors = vehicle.uav.rotors
     return {} if rotors is None else {"rotor_command": np.zeros(rotors.count)}
 
 
 def lag_rate(vehicle: Vehicle) -> Any:
-    """The faster rate (runs or 1) [1/s] at which rotors follow their commands; 0 where they do at
-    once."""
+    """Return the faster rate (runs or 1) [1/s] at which rotors follow commands; 0 without lag."""
     rotors = vehicle.uav.rotors
     lag = np.zeros(1) if rotors is None else np.minimum(*rotors.lags)
     return np.divide(1.0, lag, out=np.zeros_like(lag), where=lag > 0.0)
 
 
 def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
-    """Thrusts (rotors,) or (runs, rotors) [N] that hold the vehicle level, arms bent as they start.
+    """Return thrusts (rotors,) or (runs, rotors) [N] of a level hover, arms bent as at the start.
 
-    Raises InputError if a rotor cannot give its own, or if thrusts that nothing else commands push
-    sideways.
+    Raises InputError if a thrust exceeds its limit, or if thrusts without other inputs leave a
+    sideways force.
     """
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
@@ -131,26 +141,28 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
 
 
 def hovering_thrusts(engine: Engine, rows: Array, gravity: float) -> tuple[Array, Array]:
-    """Thrusts (runs, rotors) [N] that hold a level vehicle at q (runs, coordinates), whatever their
-    limits, although their wash pushes its arms, too; and the force (runs,) [N] with which rotors
-    that lean would push it sideways, so that it does not hover as a flight begins."""
+    """Return thrusts (runs, rotors) [N] of a level hover at q (runs, coordinates), without limits.
+
+    The wash on the arms is included. The second result is the sideways force (runs,) [N] that
+    tilted rotors leave, so that the vehicle does not hover at the start of a flight.
+    """
     rotors, carrying = engine.vehicle.uav.rotors, _carrying(engine, rows, gravity)
     assert rotors is not None
     return _against_wash(engine, rows, gravity, carrying), rotors.sideways(carrying)
 
 
 def _carrying(engine: Engine, rows: Array, gravity: float, thrusts: Array | None = None) -> Array:
-    """Thrusts (runs, rotors) [N] that hold a level vehicle, beside others and their wash."""
+    """Return thrusts (runs, rotors) [N] that hold a level vehicle, beside others and their wash."""
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
     return rotors.thrusts_for(holding(engine, rows, gravity, thrusts=thrusts)[:, :6])
 
 
 def _against_wash(engine: Engine, rows: Array, gravity: float, thrusts: Array) -> Array:
-    """Thrusts that make up for what their own wash takes from others (runs, rotors) [N].
+    """Return thrusts (runs, rotors) [N] that compensate their own wash.
 
-    Each round leaves of what is missing the share that the wash takes back. What the wash pushes
-    sideways level rotors cannot hold.
+    Each iteration leaves the share of the missing force that the wash cancels. Level rotors cannot
+    compensate its sideways part.
     """
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
@@ -165,27 +177,26 @@ def _against_wash(engine: Engine, rows: Array, gravity: float, thrusts: Array) -
 
 
 def _check_level(rotors: Rotors, thrusts: Array) -> None:
-    """Raise InputError if rotors that lean push a level vehicle sideways."""
+    """Raise InputError if tilted rotors leave a sideways force on a level vehicle."""
     aside = rotors.sideways(thrusts)
     worst = int(np.argmax(aside))
     if aside[worst] > 0.0:
         where = f" in run {worst}" if len(thrusts) > 1 else ""
         raise InputError(
-            f"uav.rotors lean, so that to hover level{where} they would push sideways by "
+            f"uav.rotors are tilted: a level hover{where} leaves a sideways force of "
             f"{aside[worst]:.3g} N; give the scenario a rotor_command or a controller."
         )
 
 
 def _check_hover(limits: Any, thrusts: Array) -> None:
-    """Raise CannotHover if hovering asks a rotor for what it cannot give."""
+    """Raise CannotHover if hovering needs a thrust beyond a rotor's limits."""
     highest = per_run(limits, len(thrusts), 2)[:, 1:]
     wrong = (thrusts < 0.0) | (thrusts > highest)
     if wrong.any():
         run, rotor = np.argwhere(wrong)[0]
         where = f" in run {run}" if len(thrusts) > 1 else ""
         raise CannotHover(
-            f"uav.rotors.thrust_limits ends at {highest[run, 0]:g} N and no rotor pulls, but to "
-            "hover with its arm as it starts the vehicle needs "
-            f"{thrusts[run, rotor]:.4g} N of rotor {rotor}{where}; give the scenario a "
-            "rotor_command, or the vehicle rotors that lift more."
+            f"uav.rotors.thrust_limits is 0 to {highest[run, 0]:g} N, but hover needs "
+            f"{thrusts[run, rotor]:.4g} N of rotor {rotor}{where}; give a rotor_command, or "
+            "stronger rotors."
         )

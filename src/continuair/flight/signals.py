@@ -1,10 +1,11 @@
-"""Inputs of a scenario as signals, and when a controller acts on them."""
+"""Inputs of a scenario as signals, and the update times of its controller."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.engine.adaptive import Inputs, Ticks, Track
 from continuair.errors import InputError
@@ -12,39 +13,48 @@ from continuair.flight.inputs import asked, evaluated
 from continuair.flight.time_grid import Grid, control_times
 from continuair.scenario.scenarios import Scenario
 from continuair.signals import Signal, UnresolvedSignal, constant, fit
+from continuair.typing import Array
 from continuair.vehicle.layout import FIELDS, Layout
-
-Array = np.ndarray
 
 _AT_ONCE = 2048
 """Times at which a function of time is evaluated at once."""
 
 _LONGEST = 5000.0
-"""Longest flight under a function of time [s]: what is looked at of it has to fit into memory."""
+"""Longest flight with a function of time [s], whose samples must fit into memory."""
 
 
 def inputs_of(
-    scenario: Scenario, duration: float, layout: Layout, groups: int, runs: Array | None = None
+    scenario: Scenario,
+    duration: float,
+    layout: Layout,
+    groups: int,
+    runs: NDArray[np.intp] | None = None,
 ) -> Inputs:
-    """Return what acts on a vehicle over a flight.
+    """Return the inputs of a vehicle over a flight.
 
     Parameters
     ----------
     scenario : Scenario
+        The scenario.
     duration : float
-        Length of the flight [s].
+        Duration of the flight [s].
     layout : Layout
         Columns of the inputs.
     groups : int
         Bits of the groups of inputs in use.
     runs : ndarray of int, optional
-        Runs that are wanted, of inputs with a row for each; all by default.
+        Runs that are wanted, for inputs with a row per run. Default: all.
+
+    Returns
+    -------
+    Inputs
+        Constants, and signals over time.
 
     Raises
     ------
     InputError
-        If a function of time fails, returns other shapes or values than numbers, or changes too
-        fast to be resolved.
+        If a function of time fails, returns no numbers or another shape, or changes too fast to be
+        resolved.
     """
     constants = np.zeros((1, layout.inputs))
     tracks = []
@@ -74,8 +84,11 @@ def inputs_of(
 
 
 def _beside(constants: Array, tracks: list[Track], duration: float) -> list[Track]:
-    """Return tracks of the constants in columns that other tracks drive, as a lift in tau is beside
-    a force over time; there only tracks add up. These constants become 0, in place."""
+    """Return tracks of the constants in columns that other tracks use, and set these constants to
+    0.
+
+    Such as a lift in tau beside a force over time; in these columns only tracks are added.
+    """
     driven = np.unique(np.concatenate([np.zeros(0, int), *(each.columns for each in tracks)]))
     shared = driven[np.any(constants[:, driven] != 0.0, axis=0)]
     if not len(shared):
@@ -91,7 +104,7 @@ def signal_of(
     duration: float,
     width: int,
     jumps: tuple[float, ...] = (),
-    runs: Array | None = None,
+    runs: NDArray[np.intp] | None = None,
 ) -> Signal:
     """Return a function of time as a signal: its own, if it has one, or a fit.
 
@@ -103,22 +116,23 @@ def signal_of(
         return found if runs is None or found.rows == 1 else found.of_runs(runs)
     if duration > _LONGEST:
         raise InputError(
-            f"duration is {duration:g} s, but {name} is a function of time, which is looked at "
-            f"throughout flights of up to {_LONGEST:g} s; shorten it, or give a method and a step."
+            f"duration is {duration:g} s, but {name} is a function of time, limited to "
+            f"{_LONGEST:g} s; shorten it, or give a method and a step."
         )
     first = True
 
     def evaluate(times: Array) -> Array:
+        """Return the values of wanted runs; the first call checks that they repeat."""
         nonlocal first
         given = evaluated if first else asked
         parts = []
-        # Of rows of all runs, some at a time: only those that are wanted are kept.
+        # In blocks, as rows of all runs are returned, but only the wanted ones kept.
         for at in range(0, len(times), _AT_ONCE):
             rows = given(name, value, times[at : at + _AT_ONCE], width)
             parts.append(rows if runs is None or rows.shape[1] == 1 else rows[:, runs])
         first = False
         if len({part.shape[1] for part in parts}) > 1:
-            # The message of a function whose rows change.
+            # Raises the error of a function whose number of rows changes.
             given(name, value, times, width)
         return np.concatenate(parts)
 
@@ -127,18 +141,18 @@ def signal_of(
     except UnresolvedSignal as error:
         raise InputError(
             f"{name} changes too fast near t = {error.time:g} s to be resolved in {error.calls:,} "
-            "calls; give a smoother function, or interpolate between samples."
+            "calls; give a smoother function, or interpolate samples."
         ) from error
 
 
 def ticks_of(scenario: Scenario, duration: float, samples: Array) -> Ticks:
-    """Return the times at which the scenario's controller acts, or its commands do."""
+    """Return the update times of the scenario's controller, and those at which its commands act."""
     late = 0.0 if scenario.controller is None else scenario.controller.latency
     return Ticks(control_times(duration, scenario.period, late), samples)
 
 
 def grid_of_ticks(ticks: Ticks) -> Grid:
-    """Return the intervals between ticks as a grid, by which loops are made."""
+    """Return the intervals between ticks as a grid, for controller loops."""
     starts, steps = ticks.times[:-1], np.diff(ticks.times)
     none = np.zeros(len(steps), bool)
     return Grid(ticks.samples, starts, steps, np.full(len(steps), -1, np.int32), none, none)

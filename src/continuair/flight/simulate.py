@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -38,30 +38,29 @@ from continuair.kernels.dynamics import MODELS
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.memory import check_memory
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array, Method, Model
 from continuair.vehicle.layout import OF_ARM
 from continuair.vehicle.vehicle import Vehicle, check_vehicle
-
-Array = np.ndarray
 
 
 def simulate(
     vehicle: Vehicle,
     scenario: Scenario,
     *,
-    model: str = "coupled",
-    method: str = TSIT5,
+    model: Model = "coupled",
+    method: Method = "Tsit5",
     rtol: float = DEFAULT_TOLERANCE,
     atol: float | None = None,
     max_step: float = np.inf,
-    step: float | str | Array | None = None,
+    step: float | Literal["auto"] | Array | None = None,
     check: bool = False,
     duration: float | None = None,
     sample: float = 1e-3,
     variables: Iterable[str] | None = None,
-    dtype: str = "float64",
+    dtype: Literal["float64", "float32"] = "float64",
     device: str = "cpu",
     threads: int | None = None,
-    **others: Any,
+    **others: object,
 ) -> xr.Dataset:
     """Simulate one model of a vehicle in a scenario, one run or a batch.
 
@@ -70,13 +69,12 @@ def simulate(
     vehicle : Vehicle
         One vehicle, or a batch.
     scenario : Scenario
-        Start, inputs and duration. One with a force_callback is flown by RK4.
-    model : {"coupled", "decoupled", "independent"}
+        Start, inputs and duration. One with a `force_callback` uses RK4.
+    model : {"coupled", "decoupled", "independent"}, default "coupled"
         "decoupled" is the paper's: the UAV-arm blocks of M and C are zero.
-    method : {"Tsit5", "RK4", "implicit"}
-        "Tsit5" is an embedded pair of order 5(4) with steps of each run's own, controlled by their
-        error. "RK4" and "implicit" (order 2, for stiff arms of several sections) take steps of one
-        length.
+    method : {"Tsit5", "RK4", "implicit"}, default "Tsit5"
+        "Tsit5" is an embedded pair of order 5(4) with adaptive steps of each run's own. "RK4" and
+        "implicit" (order 2, for stiff arms of several sections) use steps of one length.
     rtol, atol : float, optional
         "Tsit5" keeps the error of a step in every component below `rtol` times its natural unit:
         an arm length, 1 rad, and these per √(length / 9.81 m/s²). With `atol` the bound is
@@ -84,33 +82,35 @@ def simulate(
     max_step : float, optional
         Longest step of "Tsit5" [s].
     step : float, array_like of shape (runs,), or "auto", optional
-        Step of "RK4" and "implicit" [s], which need it. "auto" is 0.2 over the fastest rate at the
-        start (0.05 over the first mode's, "implicit"), at most `sample`; it does not know what
-        comes later, as `check` does.
+        Step of "RK4" and "implicit" [s], which need it. "auto": ``min(sample, 0.2 / fastest_rate)``
+        for each run; for "implicit", 0.05 over the rate of the first mode. Rates are those at the
+        start; use `check` for later ones.
     check : bool, optional
-        Fly a second time, at a tenth of the tolerance with steps of at most half a control period,
-        or at half the step, and add `error_estimate`.
+        Simulate a second time, at a tenth of the tolerance with steps of at most half a control
+        period, or at half the step, and add `error_estimate`.
     duration : float, optional
-        The scenario's by default [s].
+        Duration [s]. Default: the scenario's.
     sample : float, optional
         Time between samples [s]; the last interval may be shorter.
     variables : iterable of str, optional
-        Names to keep; all but `q` by default.
-    dtype : {"float64", "float32"}
+        Names of variables to keep. Default: all except `q`.
+    dtype : {"float64", "float32"}, default "float64"
         Single precision rounds positions to 6e-8 of their distance from the origin.
-    device : str
+    device : str, optional
         "cpu" or a CUDA device.
     threads : int, optional
-        CPU threads of a batch.
+        CPU threads of a batch. Default: all.
+    **others : object
+        None; older names of arguments are reported.
 
     Returns
     -------
     xarray.Dataset
         Variables over time (and run, for a batch), with axes and units in their attributes, and
-        per run `status`, `end_time` [s] and, of rotors, `largest_saturation`, the largest thrust
-        that was asked for beyond their limits, in parts of their range. "Tsit5" adds `steps`,
-        `steps_rejected` and `evaluations`, the others `step`; `check` adds `error_estimate`: the
-        largest distance of a tip from that of the second flight, in arm lengths.
+        per run `status`, `end_time` [s] and, with rotors, `largest_saturation`: the largest
+        commanded thrust beyond the limits, in parts of their range. "Tsit5" adds `steps`,
+        `steps_rejected` and `evaluations`, the others `step`. `check` adds `error_estimate`: the
+        largest distance of a tip from that of the second simulation, in arm lengths.
 
     Raises
     ------
@@ -123,7 +123,8 @@ def simulate(
     checks.choice("method", method, (TSIT5, *INTEGRATORS))
     checks.choice("dtype", dtype, ("float64", "float32"))
     if dtype == "float32":
-        warn_of_rounded_places(np.asarray(scenario.q)[..., :3], vehicle.reach, stacklevel=3)
+        places, reach = np.asarray(scenario.q)[..., :3], np.asarray(vehicle.reach)
+        warn_of_rounded_places(places, reach, stacklevel=3)
     tolerance = tolerance_for(method, rtol, atol, max_step, dtype)
     checked = checks.flag("check", check)
     if scenario.force_callback is not None:
@@ -156,22 +157,24 @@ def simulate(
     return recorder.dataset(recorder.step)
 
 
-def _check_called(method: str, tolerance: Tolerance | None, check: bool) -> None:
-    """Raise InputError for choices that a flight under a force_callback, by RK4, does not have."""
-    if method == "implicit" or tolerance not in (None, tolerance_for(TSIT5)):
+def _check_called(method: Method, tolerance: Tolerance | None, check: bool) -> None:
+    """Raise InputError for options that are not supported with a force_callback, which uses RK4."""
+    if method == "implicit" or tolerance not in (None, tolerance_for("Tsit5")):
         raise InputError(
-            "the scenario has a force_callback, which is flown by RK4; leave method='implicit', "
-            "rtol, atol and max_step out, or write the force as a continuair.Term."
+            "the scenario has a force_callback, which needs RK4; omit method, rtol, atol and "
+            "max_step, or write the force as a continuair.Term."
         )
     if check:
         raise InputError(
-            "check is True, but the scenario has a force_callback, which is called for one flight; "
-            "leave check out, or write the force as a continuair.Term."
+            "check is True, but the scenario has a force_callback, which does not support it; "
+            "omit check, or write the force as a continuair.Term."
         )
 
 
-def _checked_names(vehicle: Any, scenario: Any, variables: Any) -> tuple[str, ...]:
-    """The variables to keep, which vehicle and scenario must have."""
+def _checked_names(
+    vehicle: Vehicle, scenario: Scenario, variables: Iterable[str] | None
+) -> tuple[str, ...]:
+    """Return the variables to keep, which vehicle and scenario must have."""
     check_vehicle(vehicle)
     check_scenario(scenario)
     if variables is None:
@@ -185,26 +188,26 @@ def _checked_names(vehicle: Any, scenario: Any, variables: Any) -> tuple[str, ..
     looking = scenario.controller is not None and bool(scenario.targets)
     for name in names:
         if not isinstance(name, str) or name not in VARIABLES:
-            raise InputError(f"variables holds {shown(name)}; {nearest(str(name), VARIABLES)}.")
+            raise InputError(f"variables has {shown(name)}; {nearest(str(name), VARIABLES)}.")
         if name in WATCHED_VARIABLES and not looking:
             raise InputError(
-                f"variables holds {name}, which needs a scenario with a controller and a target; "
-                "give both, or leave it out."
+                f"variables has {name}, which needs a scenario with a controller and a target; "
+                "give both, or omit it."
             )
         if name in (*OF_ARM, *OF_SECTION) and not vehicle.arms:
             raise InputError(
-                f"variables holds {name}, but vehicle {shown(vehicle.name)} has no arm; leave it "
-                "out, or give the vehicle a table [arm]."
+                f"variables has {name}, but vehicle {shown(vehicle.name)} has no arm; omit it, "
+                "or give the vehicle a table [arm]."
             )
         if name == "term_energy" and name not in default_variables(vehicle, scenario):
             raise InputError(
-                "variables holds term_energy, which needs a term with an energy in the vehicle; "
-                "leave it out."
+                "variables has term_energy, which needs a term with an energy in the vehicle; "
+                "omit it."
             )
         if name in OF_ROTORS and name not in default_variables(vehicle, scenario):
             raise InputError(
-                f"variables holds {name}, which needs [uav.rotors]"
-                f"{' with a radius' * (name == 'rotor_power')} in the vehicle; give that, or leave "
-                "it out."
+                f"variables has {name}, which needs [uav.rotors]"
+                f"{' with a radius' * (name == 'rotor_power')} in the vehicle; give that, or "
+                "omit it."
             )
     return names

@@ -1,10 +1,9 @@
-"""Steps of one length: the automatic one, of the fastest rate at a start, and given ones."""
+"""Steps of one length: automatic ones, from the fastest rate at the start, and given ones."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.pack import natural_units
@@ -14,54 +13,55 @@ from continuair.flight.resolution import in_runs
 from continuair.flight.rotors import lag_rate
 from continuair.kernels.integrators import INTEGRATORS
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import AIR, GENERAL, TIP
 from continuair.vehicle.runs import per_run
 from continuair.warning import warn
 
-Array = np.ndarray
-
 _NUDGE = 1e-3
-"""Of an arm's length, a radian, and these per second, by which states are moved."""
+"""Change of a state for differences, of an arm's length, a radian, and these per second."""
 
 _AT_ONCE = 1024
-"""Runs whose states are moved at once: bounds the memory of large batches."""
+"""Runs computed at once, which limits the memory of large batches."""
 
 LOOP_STEP = 1e-4
-"""Largest automatic step of control at every stage: the loop may be faster than the arm [s]."""
+"""Largest automatic step with controller updates at every stage [s]: the loop may be faster."""
 
 
-def automatic_step(coupled: Engine, q: Any, qd: Any = None, method: str = "RK4") -> Array:
-    """Step (runs,) [s] of which the fastest rate of a run makes at most 0.2.
+def automatic_step(
+    coupled: Engine, q: ArrayLike, qd: ArrayLike | None = None, method: str = "RK4"
+) -> Array:
+    """Return the step (runs,) [s]: 0.2 over the fastest rate of a run.
 
     That rate is the largest |eigenvalue| of the Jacobian of the equations of motion, at rest with
-    straight arms or as they start, with damping, drag, rotors and terms, plus the spin |ω| at the
-    start. The method "implicit" has 0.05 for 0.2, and the first mode of every arm and the lag of
-    rotors for the Jacobian's, as faster modes do not make it unstable.
-    coupled: an engine of the coupled model, whose free base raises the rates most.
-    q, qd: (runs or 1, 8) paper coordinates and rates, at rest by default. A run that has no finite
-    rate, as a bend past a full circle has none, has the step inf. Raises InputError if no run has a
-    finite rate.
+    straight arms or at the start, with damping, drag, rotors and terms, plus the angular velocity
+    |ω| at the start. The method "implicit" uses 0.05, and the first mode of every arm and the lag
+    of rotors instead of the Jacobian, as faster modes do not make it unstable. coupled: an engine
+    of the coupled model, whose free base has the largest rates. q, qd: (runs or 1, 8) paper
+    coordinates and rates, at rest by default. A run without a finite rate, such as one bent past a
+    full circle, has the step inf. Raises InputError if no run has a finite rate.
     """
-    q = np.atleast_2d(q)
-    q, qd = np.broadcast_arrays(q, np.zeros_like(q) if qd is None else np.atleast_2d(qd))
-    straight = np.array(q)
+    at = np.atleast_2d(np.asarray(q, float))
+    given = np.zeros_like(at) if qd is None else np.atleast_2d(np.asarray(qd, float))
+    at, rates = np.broadcast_arrays(at, given)
+    straight = np.array(at)
     straight[:, 6::2] = 0.0
     taken = INTEGRATORS[method]
     if taken.stiff:
-        fastest = first_frequency(coupled, np.stack([straight, q]))
+        fastest = first_frequency(coupled, np.stack([straight, at]))
         fastest = np.fmax(fastest, lag_rate(coupled.vehicle))
     else:
-        at_rest = _fastest_of_jacobian(coupled, straight, np.zeros_like(qd))
-        fastest = np.fmax(at_rest, _fastest_of_jacobian(coupled, q, qd))
+        at_rest = _fastest_of_jacobian(coupled, straight, np.zeros_like(rates))
+        fastest = np.fmax(at_rest, _fastest_of_jacobian(coupled, at, rates))
     if not np.isfinite(fastest).any():
         raise InputError(
-            "vehicle has no finite bending frequency: its arm is too heavy or too "
-            "soft beside its UAV; check arm.length, arm.radius and uav.mass."
+            "vehicle has no finite bending frequency: its arm is too heavy or too soft for its "
+            "UAV; check arm.length, arm.radius and uav.mass."
         )
-    state = state_from_paper(q, qd)
+    state = state_from_paper(at, rates)
     spin = np.linalg.norm(state[:, coupled.layout.angular_velocity], axis=1)
-    # Rates near the largest number there is make the step 0, which the time grid refuses.
+    # Rates near the largest float make the step 0, which the time grid refuses.
     with np.errstate(over="ignore", divide="ignore"):
         step = taken.phase / (fastest + spin)
     found: Array = np.where(np.isnan(step), np.inf, step)
@@ -69,8 +69,10 @@ def automatic_step(coupled: Engine, q: Any, qd: Any = None, method: str = "RK4")
 
 
 def _fastest_of_jacobian(engine: Engine, q: Array, qd: Array) -> Array:
-    """The largest |eigenvalue| (runs,) [1/s] of the Jacobian of the rates of states; NaN where it
-    is not finite. q, qd: (runs or 1, coordinates)."""
+    """Return the largest |eigenvalue| (runs,) [1/s] of the Jacobian of the rates of states.
+
+    NaN if it is not finite. q, qd: (runs or 1, coordinates).
+    """
     states, angles = state_from_paper(q, qd), branches_of(q)
     runs = np.arange(max(len(states), len(engine.plants)))
     states, angles = (np.broadcast_to(x, (len(runs), x.shape[1])) for x in (states, angles))
@@ -82,25 +84,27 @@ def _fastest_of_jacobian(engine: Engine, q: Array, qd: Array) -> Array:
     return np.concatenate(found)
 
 
-def _eigenvalues(engine: Engine, states: Array, angles: Array, runs: Array) -> Array:
-    """`_fastest_of_jacobian` of states (runs, state) of some runs, by differences."""
-    nudges = _NUDGE * _sizes(engine, runs)
+def _eigenvalues(engine: Engine, states: Array, angles: Array, runs: NDArray[np.intp]) -> Array:
+    """Return `_fastest_of_jacobian` of states (runs, state) of some runs, by differences."""
+    changes = _NUDGE * _sizes(engine, runs)
     moved = np.repeat(states[None], 1 + states.shape[1], axis=0)
     for column in range(states.shape[1]):
-        moved[1 + column, :, column] += nudges[:, column]
+        moved[1 + column, :, column] += changes[:, column]
     many = len(moved) * len(runs)
     start = Start(moved.reshape(many, -1), np.tile(angles, (len(moved), 1)))
     still = Drive(np.zeros((1, 1, engine.layout.inputs)), False, GENERAL | AIR | TIP, 0.0)
     rates = engine.derivative(start, still, np.tile(runs, len(moved))).reshape(moved.shape)
-    slopes = ((rates[1:] - rates[0]) / nudges.T[:, :, None]).transpose(1, 2, 0)
-    known = np.isfinite(slopes).all((-1, -2))
+    slopes = ((rates[1:] - rates[0]) / changes.T[:, :, None]).transpose(1, 2, 0)
+    known = np.asarray(np.isfinite(slopes).all((-1, -2)))
     filled = np.where(known[:, None, None], slopes, 0.0)
     return np.where(known, np.abs(np.linalg.eigvals(filled)).max(axis=-1), np.nan)
 
 
-def _sizes(engine: Engine, runs: Array) -> Array:
-    """Natural unit of each component of a state (runs, state): the reach [m], those of the
-    sections' coordinates, and 1 of others."""
+def _sizes(engine: Engine, runs: NDArray[np.intp]) -> Array:
+    """Return the natural unit of each component of a state (runs, state).
+
+    The reach [m], those of the sections' coordinates, and 1 for others.
+    """
     layout, found = engine.layout, np.ones((len(runs), engine.layout.state))
     reach = per_run(engine.vehicle.reach, len(engine.plants))[:, None]
     reach = reach if len(reach) == 1 else reach[runs]
@@ -116,11 +120,11 @@ def _sizes(engine: Engine, runs: Array) -> Array:
 def steps_of(
     scenario: Scenario, asked: Array | None, fine: Array, sample: float, warn: int | None
 ) -> Array:
-    """The step (runs,) [s] that each run of a flight takes.
+    """Return the step (runs,) [s] of each run of a flight.
 
-    asked: the user's steps (runs or 1,), or None for the automatic ones: `fine`, which vehicle and
-    start allow, at most `sample`; in a closed loop a whole part of the control period. warn: frames
-    up to which to warn of a step that is longer than `fine`, or None. Raises InputError.
+    asked: the user's steps (runs or 1,), or None for automatic ones: `fine`, for vehicle and start,
+    at most `sample`, and in a closed loop a divisor of the control period. warn: frames up to which
+    to warn of a step longer than `fine`, or None. Raises InputError.
     """
     period = scenario.period
     if asked is not None:
@@ -138,6 +142,7 @@ def steps_of(
 
 
 def _period_name(scenario: Scenario) -> str:
+    """Return the name of the control period in messages."""
     own = scenario.controller is not None and scenario.controller.period is not None
     return "the period of the controller's rate" if own else "control_period"
 
@@ -154,12 +159,12 @@ def check_divides(period: float, steps: Array, name: str = "control_period") -> 
 
 
 def _warn_if_coarse(steps: Array, fine: Array, stacklevel: int) -> None:
+    """Warn of steps (runs or 1,) longer than the fine ones (runs,) [s]."""
     coarse = steps > fine * (1.0 + 1e-9)
     if coarse.any():
         of = in_runs(coarse.sum(), len(fine))
         warn(
-            f"step is {steps.max():g} s, which is too coarse for the fastest motion of vehicle and "
-            f"start (stiffest bending mode, its damping, drag, initial rates){of}: RK4 will distort"
-            f" it; use {fine.min():.3g} s or less, or step='auto'.",
+            f"step is {steps.max():g} s, too coarse for the fastest motion at the start{of}: RK4 "
+            f"will distort it; use {fine.min():.3g} s or less, or step='auto'.",
             stacklevel=stacklevel,
         )

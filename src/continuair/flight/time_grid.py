@@ -1,53 +1,57 @@
-"""Time grids: steps that end at every sample, every input jump and every control instant."""
+"""Time grids: steps that end at every sample, input jump and controller update."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from continuair.errors import InputError
+from continuair.typing import Array, ArrayLike
 
 MOST_STEPS = 1e7
-"""Steps of one run: their inputs are sampled beforehand, and would fill the memory."""
+"""Most steps of one run, whose inputs are sampled beforehand and must fit into memory."""
 
 _ROUNDING = 1e-6
-"""Share of a sample that is left over, and of a step by which it may be longer, by rounding."""
+"""Fraction of a sample that may be left over, and of a step that may be exceeded, by rounding."""
 
 _LAST_DIGITS = 1e-9
-"""Share of a time by which steps stay beside a jump, as rounding may put it elsewhere."""
+"""Relative distance of steps from a jump, as rounding may move it."""
 
 _SAME = 0.05 * _LAST_DIGITS
-"""Share of a time within which a jump is the sample there: less than steps stay beside it."""
+"""Relative distance within which a jump is at a sample: less than that of steps from a jump."""
 
 _WITHIN = 1e-3
-"""Share of a step within which its ends may be elsewhere."""
+"""Fraction of a step by which its ends may move."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """samples (n,) [s]; starts and steps (m,) [s]; sample_after (m,): sample a step ends at, or -1;
-    opens, closes (m,): whether a step starts or ends at an input jump."""
+    """A time grid.
 
-    samples: np.ndarray
-    starts: np.ndarray
-    steps: np.ndarray
-    sample_after: np.ndarray
-    opens: np.ndarray
-    closes: np.ndarray
+    samples (n,) [s]; starts and steps (m,) [s]; sample_after (m,): the sample at the end of a step,
+    or -1; opens, closes (m,): whether a step starts or ends at an input jump.
+    """
+
+    samples: Array
+    starts: Array
+    steps: Array
+    sample_after: NDArray[np.int32]
+    opens: NDArray[np.bool_]
+    closes: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Marks:
-    """Times [s] that steps have to end at: samples (n,), all of them, and the jumps among them.
+    """Times [s] at which steps must end: samples (n,), all times, and the jumps among them.
 
-    Start and end of a flight are jumps, too: what an input is beyond them does not act.
+    Start and end of a flight are jumps, too: inputs beyond them do not act.
     """
 
-    samples: np.ndarray
-    times: np.ndarray
-    jumps: np.ndarray
+    samples: Array
+    times: Array
+    jumps: Array
 
 
 def marks_of(
@@ -58,25 +62,27 @@ def marks_of(
     latency: float = 0.0,
     knots: ArrayLike = (),
 ) -> Marks:
-    """The marks of a flight over [0, duration], with a sample at its end; latency: after each
-    control instant, when its push acts [s]; knots: where inputs have kinks [s]."""
-    # The last interval is the shorter one; what is left of rounding is none.
+    """Return the breakpoints of a flight over [0, duration], with a sample at its end.
+
+    latency: time from a controller update to its command [s]; knots: kinks of inputs [s].
+    """
+    # The last interval may be shorter; a remainder of rounding is ignored.
     count = max(1, int(np.ceil(duration / sample - _ROUNDING)))
     samples = np.append(sample * np.arange(count), duration)
     return marks_at(samples, np.append(jumps, duration), control_period, latency, knots)
 
 
 def marks_at(
-    samples: np.ndarray,
+    samples: Array,
     jumps: ArrayLike = (),
     control_period: float | None = None,
     latency: float = 0.0,
     knots: ArrayLike = (),
 ) -> Marks:
-    """The marks of a flight, or of a part, with samples (n,) at these times [s], first to last.
+    """Return the breakpoints of a flight, or a part of it, with samples (n,) at these times [s].
 
-    A jump within rounding of a sample is at that sample; the first and the last one are met from
-    inside.
+    A jump within rounding of a sample is at that sample; the first and the last sample are
+    approached from inside.
     """
     end = float(samples[-1])
     inside = _at_samples(np.append(0.0, jumps), samples)
@@ -88,7 +94,7 @@ def marks_at(
 
 
 def grid_of(marks: Marks, step: float) -> Grid:
-    """The intervals between marks in equal steps of at most `step` [s]."""
+    """Return the intervals between breakpoints in equal steps of at most `step` [s]."""
     times, samples = marks.times, marks.samples
     length = np.diff(times)
     pieces = _pieces(length, step)
@@ -106,12 +112,12 @@ def grid_of(marks: Marks, step: float) -> Grid:
     return Grid(samples, starts, steps, sample_after, opens, closes)
 
 
-def shared_grids(marks: Marks, steps: np.ndarray) -> list[tuple[np.ndarray, Grid]]:
-    """Runs, by their indices, whose steps (runs,) [s] give them the same grid, and that grid."""
+def shared_grids(marks: Marks, steps: Array) -> list[tuple[NDArray[np.intp], Grid]]:
+    """Return groups of runs, by index, whose steps (runs,) [s] give one grid, and that grid."""
     distinct, which = np.unique(steps, return_inverse=True)
     if len(distinct) == 1:
         return [(np.arange(len(steps)), grid_of(marks, float(distinct[0])))]
-    # Equal intervals differ by rounding, which must not tell grids apart.
+    # Equal intervals differ by rounding, which must not distinguish grids.
     lengths = np.unique(np.round(np.diff(marks.times), 12))
     pieces = _pieces(lengths[None], distinct[:, None])
     first, group = np.unique(pieces, axis=0, return_index=True, return_inverse=True)[1:]
@@ -122,21 +128,18 @@ def shared_grids(marks: Marks, steps: np.ndarray) -> list[tuple[np.ndarray, Grid
     ]
 
 
-def _pieces(length: np.ndarray, step: float | np.ndarray) -> np.ndarray:
-    """The number of steps in each interval [s]."""
-    # Late intervals are longer than the first by rounding, and take no more steps.
-    found: np.ndarray = np.maximum(1, np.ceil(length / step * (1.0 - _ROUNDING))).astype(int)
-    return found
+def _pieces(length: Array, step: float | Array) -> NDArray[np.intp]:
+    """Return the number of steps in each interval [s]."""
+    # Late intervals may be longer than the first by rounding, without more steps.
+    return np.maximum(1, np.ceil(length / step * (1.0 - _ROUNDING))).astype(np.intp)
 
 
 def check_steps(duration: float, finest: float) -> None:
-    """Raise InputError if a flight takes more steps of a length [s] than fit into memory."""
+    """Raise InputError if a flight has more steps of a length [s] than fit into memory."""
     if duration > MOST_STEPS * finest:
         raise InputError(
-            f"duration is {duration:g} s, which takes more than {MOST_STEPS:.0e} steps of "
-            f"{finest:.2g} s; shorten it, give a longer step or sample, or check arm.radius, "
-            "arm.length, arm.youngs_modulus, its damping and the initial rates, which make the "
-            "automatic step short."
+            f"duration is {duration:g} s, more than {MOST_STEPS:.0e} steps of {finest:.2g} s; "
+            "shorten it, give a longer step, or check the arm's stiffness and damping."
         )
 
 
@@ -145,23 +148,25 @@ def check_marks(duration: float, sample: float, period: float | None) -> None:
     finest = sample if period is None else min(sample, period)
     if duration > MOST_STEPS * finest:
         raise InputError(
-            f"duration is {duration:g} s, which takes more than {MOST_STEPS:.0e} samples or "
-            f"control periods of {finest:.2g} s; shorten it, or give a longer sample."
+            f"duration is {duration:g} s, more than {MOST_STEPS:.0e} samples or control periods of "
+            f"{finest:.2g} s; shorten it, or give a longer sample."
         )
 
 
 def control_instants(duration: float, period: float) -> int:
-    """The number of control instants in [0, duration), one per period from 0."""
+    """Return the number of controller updates in [0, duration), one per period from 0."""
     return int(np.ceil(duration / period * (1.0 - 1e-12)))
 
 
-def control_times(duration: float, period: float | None, latency: float = 0.0) -> np.ndarray:
-    """Start and end of a flight, and times between them at which a controller acts, one per period
-    [s], or its commands do, a latency later [s]."""
+def control_times(duration: float, period: float | None, latency: float = 0.0) -> Array:
+    """Return the start and end of a flight, and the times of controller updates between them [s].
+
+    One update per period; with a latency [s], also the times at which commands act.
+    """
     times = np.array([0.0, duration])
     if period is None:
         return times
-    instants = period * np.arange(control_instants(duration, period))
+    instants = np.asarray(period * np.arange(control_instants(duration, period)), float)
     times = _merged(times, instants)
     if latency > 0.0:
         late = instants + latency
@@ -169,15 +174,16 @@ def control_times(duration: float, period: float | None, latency: float = 0.0) -
     return times
 
 
-def call_times(duration: float, rate: float) -> np.ndarray:
-    """The times from 0 on, before the end of a flight, at which a force_callback is called [s]."""
-    return np.arange(max(1, int(np.ceil(duration * rate * (1.0 - 1e-9))))) / rate
+def call_times(duration: float, rate: float) -> Array:
+    """Return the times of a flight, from 0, at which a force_callback is called [s]."""
+    return np.asarray(np.arange(max(1, int(np.ceil(duration * rate * (1.0 - 1e-9))))) / rate)
 
 
-def instants_at(grid: Grid, period: float, latency: float = 0.0) -> np.ndarray:
-    """Which control instant (m,) starts a step, or was a latency [s] before, and -1 for none.
+def instants_at(grid: Grid, period: float, latency: float = 0.0) -> NDArray[np.intp]:
+    """Return the controller update (m,) at the start of a step, or a latency [s] before; -1 for
+    none.
 
-    Of several starts within rounding of an instant, as beside a jump, the first is its.
+    Of several starts within rounding of an update, as beside a jump, the first one counts.
     """
     since = grid.starts - latency
     counts = np.maximum(np.round(since / period), -1).astype(int)
@@ -186,29 +192,28 @@ def instants_at(grid: Grid, period: float, latency: float = 0.0) -> np.ndarray:
     return np.where(near & ~again, counts, -1)
 
 
-def _merged(marks: np.ndarray, instants: np.ndarray) -> np.ndarray:
-    """Marks with instants [s], but for those within rounding of a mark."""
+def _merged(marks: Array, instants: Array) -> Array:
+    """Return breakpoints with further times [s], except those within rounding of a breakpoint."""
     gap = np.abs(marks[_nearest(marks, instants)] - instants)
     return np.union1d(marks, instants[gap > _LAST_DIGITS * marks[-1]])
 
 
-def _at_samples(jumps: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    """Jumps [s], of which those within rounding of one of two or more samples are at it."""
+def _at_samples(jumps: Array, samples: Array) -> Array:
+    """Return jumps [s], moved to a sample if within rounding of it."""
     nearest = samples[_nearest(samples, jumps)]
     same = np.abs(nearest - jumps) < _SAME * jumps
-    found: np.ndarray = np.where(same, nearest, jumps)
-    return found
+    return np.where(same, nearest, jumps)
 
 
-def _nearest(marks: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Index of the mark, of two or more in order, that is nearest to each time."""
+def _nearest(marks: Array, times: Array) -> NDArray[np.intp]:
+    """Return the index of the breakpoint, of two or more in order, nearest to each time."""
     after = np.clip(np.searchsorted(marks, times), 1, len(marks) - 1)
-    before_is: np.ndarray = times - marks[after - 1] < marks[after] - times
-    return after - before_is
+    before_is = times - marks[after - 1] < marks[after] - times
+    return np.asarray(after - before_is)
 
 
-def stage_times(grid: Grid) -> np.ndarray:
-    """Start, middle and end of every step (3 m,), nudged to the step's own side of a jump."""
+def stage_times(grid: Grid) -> Array:
+    """Return start, middle and end of every step (3 m,), kept on the step's own side of a jump."""
     start, end = grid.starts.copy(), np.append(grid.starts[1:], grid.samples[-1])
     opens, closes = grid.opens, grid.closes
     start[opens] = beside(start[opens], grid.steps[opens], np.inf)
@@ -216,9 +221,11 @@ def stage_times(grid: Grid) -> np.ndarray:
     return np.column_stack([start, grid.starts + 0.5 * grid.steps, end]).ravel()
 
 
-def seen_at(samples: np.ndarray, jumps: ArrayLike) -> np.ndarray:
-    """Times [s] at which samples (n,) show inputs: at a jump as the next step begins with them, at
-    the end as the last step ends."""
+def seen_at(samples: Array, jumps: ArrayLike) -> Array:
+    """Return the times [s] at which samples (n,) show inputs.
+
+    At a jump after it, and at the end of the flight before it.
+    """
     if len(samples) < 2:
         return samples
     steps = np.diff(samples)
@@ -227,13 +234,13 @@ def seen_at(samples: np.ndarray, jumps: ArrayLike) -> np.ndarray:
     return np.append(begins, beside(samples[-1], steps[-1], -np.inf))
 
 
-def beside(jumps: ArrayLike, steps: ArrayLike, side: float) -> np.ndarray:
-    """Times [s] on one side, inf or -inf, of jumps, well within the steps [s] there.
+def beside(jumps: ArrayLike, steps: ArrayLike, side: float) -> Array:
+    """Return times [s] on one side, inf or -inf, of jumps, well within the steps [s] there.
 
-    As far off as rounding may put a jump: int(t / dt) jumps a last digit beside k dt, and a sum of
+    Outside the rounding error of a jump: int(t / dt) jumps a last digit beside k dt, and a sum of
     start and step ends there.
     """
     off = np.minimum(_LAST_DIGITS * np.abs(jumps), _WITHIN * np.asarray(steps))
-    # Beside 0 lie numbers that are too small to be normal, of which NumPy may be set to tell.
+    # Numbers beside 0 are subnormal, which NumPy may be configured to report.
     with np.errstate(under="ignore"):
         return np.nextafter(jumps + np.copysign(off, side), side)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from xarray.indexes import PandasIndex
 
 from continuair.engine.engine import Logs
@@ -19,7 +20,9 @@ from continuair.flight.provenance import provenance_of
 from continuair.flight.reading import BATCH_ROW
 from continuair.kernels.adaptive import COUNTS, EVALUATIONS, REACHED, REJECTED, SATURATION, STEPS
 from continuair.kernels.step import OK, STATUS
+from continuair.scenario.scenarios import Scenario
 from continuair.terms import terms_of
+from continuair.typing import Array
 from continuair.vehicle.arc import followed_polar
 from continuair.vehicle.coordinates import euler_on_branch
 from continuair.vehicle.layout import (
@@ -30,8 +33,6 @@ from continuair.vehicle.layout import (
 )
 from continuair.vehicle.runs import take
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 _BENDING = {
     "coupled": "",
@@ -55,40 +56,40 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "gravity_energy": ("", "J", "potential energy of gravity, 0 at world z = 0"),
     "elastic_energy": ("", "J", "½ E I l |k|² of all sections"),
     "term_energy": ("", "J", "potential energy of the vehicle's terms that have one"),
-    "linear_momentum": ("axis", "kg m/s", "linear momentum of what the model moves, world axes"),
+    "linear_momentum": ("axis", "kg m/s", "linear momentum of the moving parts, world axes"),
     "angular_momentum": ("axis", "kg m²/s", "angular momentum about the world origin, world axes"),
-    "base_force": ("axis", "N", "force that the arm puts on the UAV, body axes"),
+    "base_force": ("axis", "N", "force of the arm on the UAV, body axes"),
     "base_moment": (
         "axis",
         "N m",
-        "moment that the arm puts on the UAV, about B's origin (UAV "
-        "centre of mass), body axes, reaction of the bend actuation included",
+        "moment of the arm on the UAV, about B's origin (UAV centre of mass), body axes, reaction "
+        "of the bend actuation included",
     ),
     "rotor_thrust": ("rotor", "N", "thrusts of the rotors"),
     "rotor_power": ("rotor", "W", "induced power of the rotors, by momentum theory in hover"),
     "saturation": (
         "",
         "1",
-        "the most that a rotor is asked for beyond its limits, in parts of their range",
+        "largest commanded thrust beyond a rotor's limits, in parts of their range",
     ),
     "command": (
         "actuator",
         "N, N m, N m²",
-        "the controller's push, from each sample on: force in world axes, moment on the UAV in "
-        "body axes, bend moments",
+        "actuator wrench of the controller, from each sample on: force in world axes, moment on "
+        "the UAV in body axes, bend moments",
     ),
     "features": (
         "pixel",
         "px",
-        "true image of the feature points, (u, v) in turn; NaN of points behind the camera",
+        "true image of the feature points, (u, v) in turn; NaN for points behind the camera",
     ),
     "feature_error": ("pixel", "px", "desired minus true image, (u, v) in turn; NaN as features"),
     "depth": ("point", "m", "depth of the feature points"),
-    "in_view": ("point", "1", "1 where a feature point is in the image and before the camera"),
-    "camera_position": ("axis", "m", "the camera, world axes"),
+    "in_view": ("point", "1", "1 if a feature point is in the image and in front of the camera"),
+    "camera_position": ("axis", "m", "position of the camera, world axes"),
     "camera_attitude": ("quaternion", "1", "camera axes to world, x y z w"),
     "camera_twist": ("twist", "m/s, rad/s", "velocity and angular velocity, camera axes"),
-    "target_position": ("axis", "m", "the target's centroid, world axes"),
+    "target_position": ("axis", "m", "position of the target's centroid, world axes"),
     "target_velocity": ("axis", "m/s", "velocity of the target's centroid, world axes"),
 }
 """Variable -> (dimension, units, meaning)."""
@@ -112,9 +113,9 @@ _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "com
 
 
 class Recorder:
-    """Keeps variables of a flight's runs while they are flown, part by part.
+    """Records variables of a flight's runs during the simulation, part by part.
 
-    names: of VARIABLES; runs: indices of the runs that are kept, all by default.
+    names: of VARIABLES; runs: indices of the runs that are recorded, all by default.
     """
 
     def __init__(
@@ -123,7 +124,7 @@ class Recorder:
         model: str,
         names: tuple[str, ...],
         dtype: str,
-        runs: Array | None = None,
+        runs: NDArray[np.intp] | None = None,
     ) -> None:
         self.flight, self.model, self.names, self.dtype = flight, model, names, dtype
         self.runs = np.arange(flight.runs) if runs is None else runs
@@ -138,17 +139,19 @@ class Recorder:
 
     @property
     def step(self) -> dict[str, float]:
-        """The step of a single flight, as an attribute, or the tolerance; a batch of steps of one
-        length each has a variable."""
+        """Step of a single flight, as an attribute, or the tolerance.
+
+        A batch with steps of one length each has a variable instead.
+        """
         if (tolerance := self.flight.tolerance) is not None:
             absolute = tolerance.relative if tolerance.absolute is None else tolerance.absolute
             return {"rtol": tolerance.relative, "atol": absolute, "max_step": tolerance.longest}
         return {} if self.flight.batched else {"step": float(self.flight.steps[self.runs[0]])}
 
     def needed(self) -> dict[str, float]:
-        """Bytes that each variable takes."""
+        """Return the bytes that each variable takes."""
         labels, targets = labels_of(self.flight.vehicle), self.flight.scenario.targets
-        points = len(targets[0].points) if targets else 0
+        points = len(targets[0].depths) if targets else 0
         sizes = {name: len(labels[name]) for name in labels} | {
             "pixel": 2 * points,
             "point": points,
@@ -163,33 +166,33 @@ class Recorder:
         return found
 
     def keep(self, cohort: Cohort, logs: Logs) -> None:
-        """Keep what the logs of a cohort hold."""
+        """Record the logs of a group of runs."""
         at = self._keep_values(cohort.runs, logs)
         self.saturation[at] = logs.saturation
         times = np.append(cohort.grid.starts, cohort.grid.samples[-1])
         self.end_time[at] = times[logs.last_step]
 
-    def keep_counted(self, runs: Array, logs: Logs, counts: Array) -> None:
-        """Keep what the logs of some runs hold, and what a roll-out by error control counted."""
+    def keep_counted(self, runs: NDArray[np.intp], logs: Logs, counts: Array) -> None:
+        """Record the logs of some runs with adaptive steps, and their counts."""
         at = self._keep_values(runs, logs)
         self.counts[at] = counts
         self.end_time[at] = np.where(logs.status == OK, self.flight.duration, counts[:, REACHED])
         self.saturation[at] = counts[:, SATURATION]
 
-    def _keep_values(self, runs: Array, logs: Logs) -> Array | slice:
-        """Keep variables and status of some runs, and return their rows."""
+    def _keep_values(self, runs: NDArray[np.intp], logs: Logs) -> NDArray[np.intp] | slice:
+        """Record variables and status of some runs, and return their rows."""
         at = adjacent(self._row[runs])
         for name in self.names:
             self._put(at, name, values_of(name, logs, self.flight, runs))
         self.status[at] = logs.status
         return at
 
-    def _put(self, at: Array | slice, name: str, parts: tuple[Array, ...]) -> None:
-        """Keep a variable of some runs, whose columns come in parts."""
+    def _put(self, at: NDArray[np.intp] | slice, name: str, parts: tuple[Array, ...]) -> None:
+        """Record a variable of some runs, whose columns come in parts."""
         if name not in self._values:
             width = sum(part.shape[-1] for part in parts)
             shape = (len(self.runs), *parts[0].shape[1:-1], width)
-            # Of the threads that may all be at a variable first, one makes the room for it.
+            # Several threads may get here at once; one of them allocates the array.
             self._values.setdefault(name, np.empty(shape, self.dtype))
         kept, first = self._values[name], 0
         for part in parts:
@@ -197,12 +200,12 @@ class Recorder:
             first += part.shape[-1]
 
     def values(self, name: str) -> Array:
-        """A variable that was kept (runs, samples, columns)."""
+        """Return a recorded variable (runs, samples, columns)."""
         return self._values[name]
 
     def dataset(self, provenance: dict[str, Any]) -> xr.Dataset:
-        """All that was kept; provenance: attributes beside those that follow from the flight."""
-        kept = {name: self._variable(name) for name in self.names}
+        """Return all recorded variables; provenance: attributes added to those of the flight."""
+        kept: dict[str, Any] = {name: self._variable(name) for name in self.names}
         codes = ", ".join(f"{code} {text}" for code, text in STATUS.items())
         kept["status"] = ("run",), self.status, {"long_name": f"how the run ended: {codes}"}
         until = {"units": "s", "long_name": "time up to which the run is valid"}
@@ -216,9 +219,9 @@ class Recorder:
             kept = {name: (dims[1:], of[0], told) for name, (dims, of, told) in kept.items()}
         return xr.Dataset(kept, self._coordinates(), attributes)
 
-    def _of_steps(self) -> dict[str, tuple[tuple[str, ...], Array, dict[str, str]]]:
-        """Variables that say how the integrator went on."""
-        kept: dict[str, tuple[tuple[str, ...], Array, dict[str, str]]] = {}
+    def _of_steps(self) -> dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]]:
+        """Return variables on the integration steps."""
+        kept: dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]] = {}
         if self.error_estimate is not None:
             kept["error_estimate"] = ("run",), self.error_estimate, ERROR_ESTIMATE
         if not self.flight.counted:
@@ -232,7 +235,8 @@ class Recorder:
         return kept
 
     def _coordinates(self) -> xr.Coordinates:
-        """Coordinates with their indexes, as xarray takes longer to make them than to fly a run."""
+        """Return coordinates with cached indexes, as xarray needs longer to make them than a run
+        takes."""
         labels = labels_of(self.flight.vehicle)
         dims = {dim for name in self.names for dim in (*self._parts(name), VARIABLES[name][0])}
         used = sorted(dims & set(labels))
@@ -249,7 +253,7 @@ class Recorder:
         return xr.Coordinates(found, indexes)
 
     def _parts(self, name: str) -> dict[str, int]:
-        """Dimensions of a variable over arms or sections, which exist where they are a list."""
+        """Return the dimensions of a variable over arms or sections, if these are a list."""
         vehicle = self.flight.vehicle
         if not vehicle.has_arm_list:
             return {}
@@ -258,7 +262,7 @@ class Recorder:
         return {"arm": len(vehicle.arms)} if name in OF_ARM else {}
 
     def _variable(self, name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
-        """A variable of a Dataset: dimensions, values, attributes."""
+        """Return a variable of a Dataset: dimensions, values, attributes."""
         dimension, units, meaning = VARIABLES[name]
         values, parts = self._values[name], self._parts(name)
         dims = ("run", "time", *parts, *([dimension] if dimension else []))
@@ -270,6 +274,7 @@ class Recorder:
         return dims, values, {"units": units, "long_name": meaning}
 
     def _attributes(self) -> dict[str, Any]:
+        """Return the attributes of a trajectory."""
         flight = self.flight
         return {
             **flight.provenance,
@@ -286,7 +291,7 @@ COUNTED = {
     "steps_rejected": (REJECTED, "steps that were rejected"),
     "evaluations": (EVALUATIONS, "evaluations of the equations of motion"),
 }
-"""Variables of what a roll-out by error control counts: column of the counts, and meaning."""
+"""Variables on adaptive steps: column of the counts, and meaning."""
 
 ERROR_ESTIMATE = {
     "units": "1",
@@ -297,22 +302,23 @@ ERROR_ESTIMATE = {
 
 LARGEST_SATURATION = {
     "units": "1",
-    "long_name": "the most that a rotor was asked for beyond its limits, in parts of their range",
+    "long_name": "largest commanded thrust beyond a rotor's limits, in parts of their range",
 }
 """Attributes of largest_saturation, of vehicles with rotors."""
 
 
 @cache
 def versions() -> str:
-    """Versions of what computed a result, as JSON."""
+    """Return the versions of the packages that computed a result, as JSON."""
     names = ("continuair", "warp-lang", "numpy", "scipy")
     return json.dumps({name: version(name) for name in names})
 
 
-def values_of(name: str, logs: Logs, flight: Flight, runs: Array) -> tuple[Array, ...]:
-    """Values (runs, samples, columns) of a variable of VARIABLES, from the logs of some runs.
+def values_of(name: str, logs: Logs, flight: Flight, runs: NDArray[np.intp]) -> tuple[Array, ...]:
+    """Return values (runs, samples, columns) of a variable of VARIABLES, from the logs of some
+    runs.
 
-    The columns come in parts, that they may be put where they are kept without a copy before.
+    The columns come in parts, to avoid a copy before they are recorded.
     """
     layout = flight.coupled.layout
     if name in WATCHED_VARIABLES:
@@ -331,8 +337,8 @@ def values_of(name: str, logs: Logs, flight: Flight, runs: Array) -> tuple[Array
     return (_in_body_axes(log[..., layout.velocity], attitude),)
 
 
-def _observed(name: str, logs: Logs, flight: Flight, runs: Array) -> Array:
-    """What a kernel finds along the log, and the power of thrusts."""
+def _observed(name: str, logs: Logs, flight: Flight, runs: NDArray[np.intp]) -> Array:
+    """Return variables that a kernel computes along the log, and the power of thrusts."""
     assert logs.observed is not None
     layout, vehicle = flight.coupled.layout, flight.vehicle
     columns = layout.observed
@@ -343,14 +349,15 @@ def _observed(name: str, logs: Logs, flight: Flight, runs: Array) -> Array:
     return rotors.power(logs.observed[..., columns["rotor_thrust"]])
 
 
-def _watched(name: str, logs: Logs, flight: Flight, runs: Array) -> Array:
-    """What the camera sees, in pixels, and where it and its target are."""
+def _watched(name: str, logs: Logs, flight: Flight, runs: NDArray[np.intp]) -> Array:
+    """Return the camera's measurements, in pixels, and the poses of camera and target."""
     assert logs.scene is not None and logs.watched is not None
     watched, scene, camera = logs.watched, logs.scene, flight.vehicle.camera
     n = len(scene.corners)
     columns = watched_columns(n)
 
     def of_runs(rows: Any) -> Array:
+        """Return the rows of these runs, or the only row."""
         rows = np.atleast_2d(rows)
         return rows if len(rows) == 1 else rows[runs]
 
@@ -368,12 +375,13 @@ def _watched(name: str, logs: Logs, flight: Flight, runs: Array) -> Array:
 
 
 def in_front(image: Array, depth: Array) -> Array:
-    """The image (..., 2n) of points of a depth (..., n), NaN of what is not before the camera."""
+    """Return the image (..., 2n) of points with depths (..., n), NaN for points behind."""
     return np.where(np.repeat(depth > 0.0, 2, axis=-1), image, np.nan)
 
 
-def default_variables(vehicle: Vehicle, scenario: Any) -> tuple[str, ...]:
-    """All variables that a vehicle has in a scenario, but q, which is made of the others."""
+def default_variables(vehicle: Vehicle, scenario: Scenario) -> tuple[str, ...]:
+    """Return all variables that a vehicle has in a scenario, except q, which follows from the
+    others."""
     absent = {"q"}
     if not vehicle.arms:
         absent |= {*OF_ARM, *OF_SECTION, "elastic_energy"}
@@ -391,7 +399,7 @@ def default_variables(vehicle: Vehicle, scenario: Any) -> tuple[str, ...]:
 
 
 def _in_body_axes(vectors: Array, attitude: Array) -> Array:
-    """Vectors (..., 3) in world axes, turned back by attitudes (..., 4); NaN stays."""
+    """Return world vectors (..., 3) in the body axes of attitudes (..., 4); NaN is kept."""
     x, y, z, w = _columns(attitude)
     size = np.sqrt(x * x + y * y + z * z + w * w)
     x, y, z, w = x / size, y / size, z / size, w / size
@@ -406,5 +414,5 @@ def _in_body_axes(vectors: Array, attitude: Array) -> Array:
 
 
 def _columns(rows: Array) -> Array:
-    """The columns of rows (..., n) each by itself, which is faster to compute with."""
+    """Return the columns of rows (..., n) as contiguous arrays, which are faster."""
     return np.array(np.moveaxis(rows, -1, 0), float, order="C")

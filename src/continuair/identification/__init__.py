@@ -1,4 +1,4 @@
-"""Which vehicle flew: fits of a vehicle to a recorded flight."""
+"""Identification: fits of a vehicle's parameters to a recorded flight."""
 
 from continuair.identification.fitting import Fit, fit
 from continuair.identification.recording import Recording, load_recording

@@ -1,28 +1,31 @@
-"""Whether rows follow how fast an arm swings: another swing may pass through the same rows."""
+"""Aliasing: whether the rows of a recording resolve the oscillation of an arm."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from continuair.analysis.modes import modes
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 
 ROWS = 3
-"""Rows of a swing from which on its aliases are more than twice as fast, and no start as far off.
-"""
+"""Rows per period above which aliases are more than twice as fast, beyond any reasonable start."""
 
 _GAP = 1.5
-"""Time between rows, over the usual one, from which on it is a gap."""
+"""Time between rows, over the median, that counts as a gap."""
 
-# No swing is left of a mode that is damped as much.
+# Modes with a larger damping ratio hardly oscillate.
 _SWINGS = 0.7
 
 
-def of_fast_swings(start: Vehicle, found: Vehicle, time: np.ndarray) -> tuple[str, ...]:
-    """A sentence where an arm of the fitted vehicle, or of the one to start from, swings more than
-    once in ROWS: a swing within twice its frequency looks the same."""
+def of_fast_swings(start: Vehicle, found: Vehicle, time: Array) -> tuple[str, ...]:
+    """Return a sentence if an arm of the fitted or starting vehicle has less than ROWS rows per
+    period.
+
+    Another oscillation within twice its frequency then has the same samples.
+    """
     gaps = np.diff(time)
-    # Of the gaps around an instant: rows in bursts follow no better than bursts.
+    # Weighted by gaps: rows in bursts resolve no more than the bursts.
     rate = float(gaps.sum() / np.square(gaps).sum())
     uneven = ", gaps counted," if gaps.max() > _GAP * np.median(gaps) else ""
     swings = {"fitted vehicle": _fastest(found), "vehicle to start from": _fastest(start)}
@@ -31,14 +34,14 @@ def of_fast_swings(start: Vehicle, found: Vehicle, time: np.ndarray) -> tuple[st
             other = abs(fastest - rate * max(round(fastest / rate), 1))
             return (
                 f"an arm of the {name} swings at {fastest:.3g} Hz, which {rate:.3g} rows a second"
-                f"{uneven} cannot tell from {other:.3g} Hz: the fit may have taken the one for the "
-                f"other; record more than {ROWS} rows a swing.",
+                f"{uneven} cannot tell from {other:.3g} Hz; record more than {ROWS} rows per "
+                "period.",
             )
     return ()
 
 
 def _fastest(vehicle: Vehicle) -> float:
-    """The highest frequency at which an arm swings, free in flight [Hz]; 0 where none does."""
+    """Return the highest frequency of an arm, free in flight [Hz]; 0 if none oscillates."""
     if not vehicle.arms:
         return 0.0
     found = modes(vehicle, base="free")

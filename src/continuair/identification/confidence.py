@@ -1,34 +1,34 @@
-"""How sure a fit is of its fields, and what its data cannot tell."""
+"""Standard errors of fitted fields, and warnings of fields that the data do not determine."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import matmul_toeplitz
 
 from continuair.analysis.shares import percent
 from continuair.identification.leftover import autocovariance
 from continuair.identification.problem import GROUPS, Problem
-
-Array = np.ndarray
+from continuair.typing import Array
 
 NULL = 1e-6
-"""Singular values below this share of the largest count as 0: differences do not resolve them."""
+"""Relative size of singular values that count as 0, below the accuracy of differences."""
 
 SILENT = 1e-8
-"""A field that moves no measurement by this [m, rad, 1/m] per factor e has no effect."""
+"""Change of measurements [m, rad, 1/m] per factor e below which a field has no effect."""
 
 VAGUE = 0.3
-"""A standard error above this share of a value is warned about."""
+"""Relative standard error above which a field is reported."""
 
 
 def confidence(
     problem: Problem, where: Array, deviations: Array, left: Array
 ) -> tuple[Array, float, tuple[str, ...]]:
-    """Standard errors (fields,) on the fields' scales, condition, and what is in doubt.
+    """Return standard errors (fields,) on the fields' scales, the condition, and warnings.
 
-    left: what is left over (rows, measured), of which deviations are those of GROUPS.
+    left: residuals (rows, measured), whose standard deviations by GROUPS are `deviations`.
     """
     J, edge = problem.fine_jacobian(where, np.ones(len(GROUPS))), problem.at_edge(where)
     silent = np.abs(J).max(0) < SILENT
@@ -50,9 +50,11 @@ def confidence(
     return errors, np.inf if silent.any() else condition, doubts
 
 
-def _mixed(null: Array, size: Array, fields: int) -> Array:
-    """Which unknowns (unknowns,) share in combinations (n, unknowns) that move nothing: by what
-    they are of the columns of norm 1, and fields as well by what they are of the largest share."""
+def _mixed(null: Array, size: Array, fields: int) -> NDArray[np.bool_]:
+    """Return which unknowns (unknowns,) take part in combinations (n, unknowns) without effect.
+
+    By their share in columns of norm 1; fields also by their share of the largest one.
+    """
     found = np.sum(null**2, 0) > 1e-4
     for combination in null:
         if (combination[:fields] ** 2 > 1e-4).any():
@@ -62,11 +64,12 @@ def _mixed(null: Array, size: Array, fields: int) -> Array:
 
 
 def spread(inverse: Array, left: Array, freedom: float) -> Array:
-    """Standard errors (fields,) by what fields make of errors of measurements (fields, rows,
-    measured), and what is left over of these (rows, measured), in its deviations.
+    """Return standard errors (fields,) for residuals (rows, measured).
 
-    The larger one of what independent rows give, and of what rows give that go on as they do in
-    each column (Morelli and Klein 1995, doi:10.2514/6.1995-3499), in lags that count ever less.
+    inverse: change of fields per measurement (fields, rows, measured); residuals are over their
+    standard deviations. The larger value of two: for independent rows, and for rows with the
+    autocorrelation of each column (Morelli and Klein 1995, doi:10.2514/6.1995-3499), with
+    decreasing weights of lags.
     """
     shared = np.zeros_like(left)
     lags = autocovariance(left)
@@ -80,16 +83,21 @@ def spread(inverse: Array, left: Array, freedom: float) -> Array:
     return errors
 
 
-def _of_fields(names: Sequence[str], silent: Array, edge: Array, lost: Array) -> list[str]:
-    """What is in doubt of fields that have no effect, no room, or none of their own."""
+def _of_fields(
+    names: Sequence[str],
+    silent: NDArray[np.bool_],
+    edge: NDArray[np.bool_],
+    lost: NDArray[np.bool_],
+) -> list[str]:
+    """Return warnings of fields that have no effect, are at a limit, or are not independent."""
     doubts = [
-        f"the flight does not depend on {name} near the fit; leave it out of --fit."
+        f"the flight does not depend on {name} near the fit; omit it from --fit."
         for name, quiet in zip(names, silent, strict=False)
         if quiet
     ]
     doubts += [
-        f"{name} lies at the edge of what a vehicle can have, or can fly with, which may have held "
-        "it there: read it and its standard error with care, or leave it out of --fit."
+        f"{name} lies at the edge of the valid range, which may limit it; do not trust its value "
+        "and standard error, or omit it from --fit."
         for name, held in zip(names, edge, strict=False)
         if held
     ]
@@ -97,17 +105,17 @@ def _of_fields(names: Sequence[str], silent: Array, edge: Array, lost: Array) ->
              if gone and not quiet]  # fmt: skip
     if mixed:
         doubts.append(
-            f"the data cannot tell {' and '.join(mixed)} apart: another combination of them flies "
-            "the same; fit fewer of them and measure the others."
+            f"the data cannot tell {' and '.join(mixed)} apart, as other combinations give the "
+            "same flight; fit fewer, and measure the others."
         )
     return doubts
 
 
 def _of_vague(names: Sequence[str], shares: Array) -> list[str]:
-    """What is in doubt of fields whose standard errors are large shares of them."""
+    """Return warnings of fields with large relative standard errors."""
     return [
-        f"the data hardly determine {name}: its standard error is {percent(share)} of it; "
-        "leave it out of --fit, or record a flight that excites it."
+        f"the data hardly determine {name}: its standard error is {percent(share)}; "
+        "omit it from --fit, or record a flight that excites it."
         for name, share in zip(names, shares, strict=True)
         if VAGUE < share < np.inf
     ]

@@ -1,4 +1,4 @@
-"""The fields of a vehicle that a recorded flight may determine, and the scale each is fitted on."""
+"""Fields of a vehicle that can be fitted to a recorded flight, with their scales."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.errors import InputError, nearest
+from continuair.typing import Array
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
-
-Array = np.ndarray
 
 _PLACE_SCALE = 0.01
 _ROD = ("radius", "density", "youngs_modulus")
@@ -26,31 +26,31 @@ _MOST_DECADES = 3.0
 
 @dataclass(frozen=True)
 class Fitted:
-    """Fields to fit, and the vehicle they are of.
+    """Fields to fit, and their vehicle.
 
-    start (fields,): their values. linear (fields,): places, which may be 0 or below, move by
-    centimetres; all others are above 0 and move by their logarithm.
+    start (fields,): initial values. linear (fields,): positions, which may be 0 or below, are
+    scaled in centimetres; all other fields are positive, and scaled by their logarithm.
     """
 
     of: Vehicle
     names: tuple[str, ...]
     start: Array
-    linear: Array
+    linear: NDArray[np.bool_]
 
     def values(self, rows: Array) -> Array:
-        """Values (runs, fields) of rows of unknowns, 0 at the start."""
+        """Return values (runs, fields) of rows of unknowns, which are 0 at the start."""
         bounded = np.clip(rows, -_MOST_DECADES * np.log(10.0), _MOST_DECADES * np.log(10.0))
         grown = self.start * np.exp(np.where(self.linear, 0.0, bounded))
         moved: Array = np.where(self.linear, self.start + _PLACE_SCALE * rows, grown)
         return moved
 
-    def vehicle(self, rows: Array) -> tuple[Vehicle, Array]:
-        """The batched vehicle of rows of unknowns (runs, fields), and which runs are vehicles.
+    def vehicle(self, rows: Array) -> tuple[Vehicle, NDArray[np.bool_]]:
+        """Return the batched vehicle of rows of unknowns (runs, fields), and which runs are valid.
 
-        A run that can be no vehicle, for instance by its inertia, is that of the start instead.
+        An invalid run, for instance by its inertia, has the values of the start instead.
         """
         values = self.values(rows)
-        # Only what is found in the end is told of.
+        # Warnings are given for the final vehicle only.
         with untold():
             try:
                 return self.of.replace(self._changes(values.T)), np.ones(len(rows), bool)
@@ -60,13 +60,15 @@ class Fitted:
                 return self.of.replace(self._changes(values.T)), valid
 
     def vehicle_of(self, values: Array) -> Vehicle:
-        """The plain vehicle of values (fields,)."""
+        """Return the single vehicle of values (fields,)."""
         return self.of.replace(self._changes(values.tolist()))
 
     def _changes(self, columns: Any) -> dict[str, Any]:
+        """Return the fields by name."""
         return dict(zip(self.names, columns, strict=True))
 
     def _is_valid(self, values: Array) -> bool:
+        """Return whether values (fields,) make a vehicle."""
         try:
             self.vehicle_of(values)
         except InputError:
@@ -74,21 +76,22 @@ class Fitted:
         return True
 
     def slopes(self, values: Array) -> Array:
-        """Change of every value per change of its unknown."""
+        """Return the change of every value per change of its unknown."""
         found: Array = np.where(self.linear, _PLACE_SCALE, values)
         return found
 
     def relative(self, row: Array) -> Array:
-        """Change per change of its unknown, as a share of the value; 0 for places."""
+        """Return the relative change per change of its unknown; 0 for positions."""
         return np.where(self.linear, 0.0, 1.0) * np.ones_like(row)
 
     def reach(self, factor: float) -> Array:
-        """How far the unknowns go for values within a factor, or centimetres, of the start."""
+        """Return the range of the unknowns for values within a factor, or centimetres, of the
+        start."""
         return np.where(self.linear, 1.0, np.log(factor))
 
 
 def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
-    """Check names of fields; None: stiffness of every section, and its damping if there is any.
+    """Check names of fields; None: stiffness of every section, and its damping if it has any.
 
     Raises InputError.
     """
@@ -98,27 +101,27 @@ def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
         raise InputError(f"fit is empty; name fields of the vehicle: {', '.join(known)}.")
     for name in names:
         if name not in known:
-            raise InputError(f"fit holds {name}, which cannot be fitted; {nearest(name, known)}.")
+            raise InputError(f"fit has {name}, which cannot be fitted; {nearest(name, known)}.")
         if not known[name] and not _is_place(name):
             raise InputError(
-                f"{name} is {known[name] or 0:g} in the vehicle, and is fitted as a factor; give "
-                "it a start above 0 in the vehicle's file."
+                f"{name} is {known[name] or 0:g}, but is fitted as a factor; give it a value "
+                "above 0 in the vehicle's file."
             )
     repeated = {name for name in names if names.count(name) > 1}
     if repeated:
-        raise InputError(f"fit holds {min(repeated)} twice; name every field once.")
+        raise InputError(f"fit has {min(repeated)} twice; name every field once.")
     start = np.array([float(known[name] or 0.0) for name in names])
     return Fitted(vehicle, tuple(names), start, np.array([_is_place(name) for name in names]))
 
 
 def _is_place(name: str) -> bool:
-    """Whether a field is a coordinate of a place; arms and sections may have any names."""
+    """Return whether a field is a coordinate of a position, whatever the names of arms."""
     *_, of, last = name.split(".")
     return last.isdecimal() and of in ("mount", "centre")
 
 
 def _sections(vehicle: Vehicle) -> dict[str, Section]:
-    """Path -> section."""
+    """Return sections by path."""
     if not vehicle.has_arm_list:
         return {"arm": vehicle.arm}
     return {
@@ -129,6 +132,7 @@ def _sections(vehicle: Vehicle) -> dict[str, Section]:
 
 
 def _default(vehicle: Vehicle, known: Mapping[str, float | None]) -> list[str]:
+    """Return the fields that are fitted by default."""
     found = []
     for path, section in _sections(vehicle).items():
         rod = section.given_youngs_modulus is not None
@@ -139,11 +143,12 @@ def _default(vehicle: Vehicle, known: Mapping[str, float | None]) -> list[str]:
 
 
 def _by_name(vehicle: Vehicle, names: Sequence[str]) -> list[str]:
-    """Fields as they were asked for, but parts of lists by their names, not by an index."""
+    """Return fields with parts of lists by name instead of index."""
     return [".".join(_named(vehicle, name.strip().split("."))) for name in names]
 
 
 def _named(vehicle: Vehicle, parts: list[str]) -> list[str]:
+    """Return a split path with its arm and section by name."""
     if not vehicle.has_arm_list or len(parts) < 2 or parts[0] != "arm":
         return parts
     arms = {str(index): arm for index, arm in enumerate(vehicle.arms)}
@@ -158,7 +163,7 @@ def _named(vehicle: Vehicle, parts: list[str]) -> list[str]:
 
 
 def _known(vehicle: Vehicle) -> dict[str, float | None]:
-    """Field -> value of all that may be fitted."""
+    """Return the values of all fields that can be fitted."""
     uav = vehicle.uav
     found: dict[str, float | None] = {"uav.mass": uav.mass}
     found |= {f"uav.inertia.{i}.{i}": uav.inertia[i][i] for i in range(3)}
@@ -173,7 +178,7 @@ def _known(vehicle: Vehicle) -> dict[str, float | None]:
 
 
 def _of_arm(path: str, arm: ArmChain) -> dict[str, float | None]:
-    """Its mount, and the body on its tip if it has one."""
+    """Return the fields of an arm's mount, and of the body at its tip if there is one."""
     found: dict[str, float | None] = {f"{path}.mount.{i}": arm.mount[i] for i in range(3)}
     if arm.tip is not None:
         found[f"{path}.tip.mass"] = arm.tip.mass
@@ -183,6 +188,7 @@ def _of_arm(path: str, arm: ArmChain) -> dict[str, float | None]:
 
 
 def _of_section(path: str, section: Section) -> dict[str, float | None]:
+    """Return the fields of a section and its disks."""
     own = _SECTION + (_ROD if section.given_radius is not None else ())
     found: dict[str, float | None] = {f"{path}.{name}": getattr(section, name) for name in own}
     for index, disk in enumerate(section.disks):

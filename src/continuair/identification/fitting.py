@@ -1,10 +1,9 @@
-"""Least squares of a vehicle's parameters on a recorded flight, every Jacobian one batch."""
+"""Least-squares fit of a vehicle's parameters to a recorded flight; every Jacobian is one batch."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -17,20 +16,33 @@ from continuair.identification.problem import GROUPS, Problem, lasts
 from continuair.identification.recording import Recording
 from continuair.identification.replay import Replay
 from continuair.progress import Progress
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 
 @dataclass(frozen=True)
 class Fit:
     """A fitted vehicle.
 
-    fields: what was fitted. values, errors (fields,): estimates and standard errors, in the unit of
-    the field; an error is inf where the data determine nothing. deviations: GROUPS -> standard
-    deviation of what is left over. condition: of the Jacobian, its columns scaled to norm 1, start
-    included; doubts: sentences about what the data cannot determine, or the steps do not follow.
-    rows, converged.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The fitted vehicle.
+    fields : tuple of str
+        Dotted names of the fitted fields.
+    start, values, errors : ndarray, shape (fields,)
+        Initial values, estimates and standard errors, in the units of the fields. An error is inf
+        if the data do not determine the field.
+    deviations : dict of str to float
+        Standard deviations of the residuals: position_m, attitude_rad, bend_per_m.
+    condition : float
+        Condition number of the Jacobian, initial state included, with columns of norm 1.
+    doubts : tuple of str
+        Warnings of fields that the data do not determine, and of unresolved motion.
+    rows : int
+        Rows of the recording.
+    converged : bool
+        Whether the least squares converged, with steps short enough for the fitted vehicle.
     """
 
     vehicle: Vehicle
@@ -44,8 +56,14 @@ class Fit:
     rows: int
     converged: bool
 
-    def describe(self) -> dict[str, Any]:
-        """As JSON can hold it, errors that are not finite as None."""
+    def describe(self) -> dict[str, object]:
+        """Return the fit for JSON.
+
+        Returns
+        -------
+        dict
+            Estimates by field, and the other fields; None for numbers that are not finite.
+        """
         rows = zip(self.fields, self.start, self.values, self.errors, strict=True)
         return {
             "study": "identify",
@@ -74,13 +92,37 @@ def fit(
     test: str | None = None,
     progress: Progress | None = None,
 ) -> Fit:
-    """Fit fields of a vehicle, by dotted name, to a recorded flight of the coupled model.
+    """Fit fields of a vehicle to a recorded flight of the coupled model.
 
-    fields: as in its file, parts of lists by name or index ("arm.left.section.1.damping_ratio");
-    by default every section's stiffness, and its damping if it has any. test: letter of the
-    open-loop test that was flown, from its start at rest; without, the inputs are those of the
-    recording and the state at its first row is estimated too. Groups of measurements are weighted
-    by what is left over of them. Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Vehicle with initial values.
+    recording : Recording
+        The flight.
+    fields : sequence of str, optional
+        Dotted names as in the vehicle's file, parts of lists by name or index
+        ("arm.left.section.1.damping_ratio"). Default: every section's stiffness, and its damping if
+        it has any.
+    test : str, optional
+        Letter of the open-loop test that was flown, from its start at rest. Default: the inputs are
+        those of the recording, and the initial state is estimated as well.
+    progress : callable, optional
+        Called with (done, total, description).
+
+    Returns
+    -------
+    Fit
+        Estimates with standard errors and warnings.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, or no simulation lasts as long as the recording.
+
+    Notes
+    -----
+    Position, attitude and bend are weighted by the standard deviations of their residuals.
     """
     chosen = fitted_fields(vehicle, fields)
     replay = Replay(vehicle, recording, test)
@@ -90,21 +132,21 @@ def fit(
     left = problem.left_over(where)
     if not lasts(left):
         raise InputError(
-            f"{recording.name}: no flight of the vehicle lasts as long as the recording; check its "
-            "inputs and units, or start from a vehicle nearer to it."
+            f"{recording.name}: simulations stop before the recording ends; check inputs and "
+            "units, or start from a closer vehicle."
         )
     errors, condition, doubts = confidence(problem, where, deviations, left)
     doubts += (*of_what_is_left(left, recording), *replay.cut_off(found))
     doubts += of_fast_swings(vehicle, found, recording.time)
     if not converged:
         doubts += (
-            "the fit has not converged, so that its estimates are no best ones and may be off by "
-            "more than their standard errors; start nearer, or fit fewer.",
+            "the fit has not converged: errors of estimates may exceed their standard errors; "
+            "start from closer values, or fit fewer fields.",
         )
     if not resolved:
         doubts += (
-            f"the fitted vehicle moves faster than the fit's steps of {replay.step:.2g} s follow; "
-            "start nearer to it.",
+            f"the fitted vehicle moves faster than the fit's steps of {replay.step:.2g} s resolve; "
+            "start from closer values.",
         )
     values = problem.values(where)
     return Fit(

@@ -1,4 +1,4 @@
-"""What a fitted flight leaves over of a recording, and whether that is noise."""
+"""Residuals of a fit, and whether they are noise."""
 
 from __future__ import annotations
 
@@ -9,33 +9,32 @@ from scipy.stats import chi2
 
 from continuair.analysis.shares import percent
 from continuair.identification.recording import Recording
-
-Array = np.ndarray
+from continuair.typing import Array
 
 MEMORY = 0.2
-"""Share of the rows within which what goes on from row to row is taken to end."""
+"""Largest lag of autocorrelations, as a share of the rows."""
 
 EXPLAINED = 1e-3
-"""Share of the recorded motion that may be left over without a word: of noise-free flights, what
-their files round off."""
+"""Share of the recorded motion that residuals may reach without a warning, as rounding in files
+does."""
 
 CHANCE = 5.0
-"""Deviations of a correlation between rows beyond which it is no chance."""
+"""Standard deviations of a correlation between rows beyond which it is significant."""
 
 UNLIKELY = 1e-6
-"""Chance of all correlations together below which they are none."""
+"""Probability of all correlations together below which they are significant."""
 
 FEW = 25
-"""Rows, of fewer of which correlations tell nothing."""
+"""Fewest rows for significant correlations."""
 
 
 def of_what_is_left(left: Array, recording: Recording) -> tuple[str, ...]:
-    """A sentence where what is left over (rows, measured) of a part of the motion goes on from row
-    to row, as noise does not."""
+    """Return a sentence for each part of the motion whose residuals (rows, measured) are
+    correlated."""
     if len(left) < FEW:
         return (
-            f"{len(left)} rows are too few to tell what is left over from noise, which standard "
-            f"errors take it for; record {FEW} or more.",
+            f"{len(left)} rows are too few to tell residuals from noise, which standard errors "
+            f"assume; record {FEW} or more.",
         )
     turns = Rotation.from_quat(recording.attitude)
     parts = {
@@ -46,24 +45,22 @@ def of_what_is_left(left: Array, recording: Recording) -> tuple[str, ...]:
     doubts = []
     for name, (rest, measured) in parts.items():
         if not rest.shape[1]:
-            continue  # bends of a vehicle without arms
+            continue  # a vehicle without arms has no bends
         moved = np.sqrt(np.mean(measured.var(axis=0))).clip(1e-12)
         missed = _missed(rest) / moved
         if missed > EXPLAINED:
             doubts.append(
-                f"the fitted flight misses {percent(missed)} of the recorded motion of the "
-                f"{name}, and not by noise: estimates may be off by more than their standard "
-                "errors; look for inputs that are missing, another test, or fields that should be "
-                "fitted too."
+                f"the fitted flight misses {percent(missed)} of the motion of the {name}, beyond "
+                "noise, so estimates are biased; check inputs and test, or fit more fields."
             )
     return tuple(doubts)
 
 
 def _missed(rest: Array) -> float:
-    """Size of what is left over (rows, columns) but for noise; 0 where it may all be noise.
+    """Return the size of residuals (rows, columns) beyond noise; 0 if all may be noise.
 
-    Noise is another one in every row, and what is no noise goes on, or comes again: the largest
-    correlation with earlier rows is its share.
+    Noise is independent between rows: the largest correlation with earlier rows is the share of the
+    rest.
     """
     size, *later = autocovariance(rest)
     together = np.abs(later) / size.clip(1e-300)
@@ -73,8 +70,11 @@ def _missed(rest: Array) -> float:
 
 
 def _no_chance(together: Array, rest: Array) -> bool:
-    """Whether correlations (lags, columns) of rows (rows, columns) are beyond those of noise: one
-    by itself, which are 0 to one over the root of the rows, or all of them (Ljung and Box 1978)."""
+    """Return whether correlations (lags, columns) of residuals (rows, columns) exceed those of
+    noise.
+
+    A single one, of standard deviation 1 / √rows, or all together (Ljung and Box 1978).
+    """
     rows = len(rest)
     left = rows - np.arange(1, len(together) + 1)
     sums = rows * (rows + 2) * np.sum(together**2 / left[:, None])
@@ -83,7 +83,7 @@ def _no_chance(together: Array, rest: Array) -> bool:
 
 
 def autocovariance(rest: Array) -> Array:
-    """Mean products (lags, columns) of rows (rows, columns) with those a lag later, to MEMORY."""
+    """Return mean products (lags, columns) of rows (rows, columns) at lags up to MEMORY."""
     rows = len(rest)
     lags = slice(rows - 1, rows + int(MEMORY * rows))
     found = [correlate(column, column, method="fft")[lags] for column in rest.T]

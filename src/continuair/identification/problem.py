@@ -1,31 +1,31 @@
-"""The least squares of a fit: residuals of a recorded flight over its unknowns."""
+"""Residuals of a fit to a recorded flight as functions of its unknowns, and their least squares."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from continuair.identification.fields import Fitted
 from continuair.identification.replay import Replay
 from continuair.progress import Progress
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 
-Array = np.ndarray
-
 GROUPS = ("position_m", "attitude_rad", "bend_per_m")
-"""What is measured, in groups of one unit; each has one standard deviation."""
+"""Groups of measurements with one unit and one standard deviation."""
 
 _OF_GROUP = (slice(0, 3), slice(3, 6), slice(6, None))
-"""Where each group is among the coordinates of a row."""
+"""Columns of each group in a row of measurements."""
 
 SCAN = 64
-"""Vehicles tried before the least squares, which may otherwise settle a cycle off."""
+"""Vehicles tried before the least squares, which could otherwise converge a whole period off."""
 
 SCAN_FACTOR = 2.0
-"""They are within this factor of the start."""
+"""Their largest factor from the start."""
 
 _DIFFERENCE = 1e-4
 _FINE = 3e-5
@@ -36,17 +36,18 @@ _MOST_REFINED = 4
 
 
 class Problem:
-    """Residuals over the unknowns: fields on their scales, then the start unless it is given."""
+    """Residuals over the unknowns: scaled fields, then the initial state unless it is given."""
 
-    def __init__(self, chosen: Fitted, replay: Replay, tell: Progress) -> None:
-        self.chosen, self.replay, self._tell = chosen, replay, tell
+    def __init__(self, chosen: Fitted, replay: Replay, progress: Progress) -> None:
+        self.chosen, self.replay, self._progress = chosen, replay, progress
         self.fields = len(chosen.names)
         self.unknowns = self.fields + len(replay.first)
         self.measured = replay.layout.coordinates
         self._calls = 0
 
     def residuals(self, rows: Array, deviations: Array) -> Array:
-        """Weighted residuals (runs, samples * measured) of rows of unknowns (runs, unknowns)."""
+        """Return weighted residuals (runs, samples * measured) of rows of unknowns (runs,
+        unknowns)."""
         vehicle, valid = self.chosen.vehicle(rows[:, : self.fields])
         moved = None if self.replay.test else self.replay.first + rows[:, self.fields :]
         found = self.replay.residuals(vehicle, moved, len(rows))
@@ -56,20 +57,22 @@ class Problem:
         return flat
 
     def of_columns(self, deviations: Array) -> Array:
-        """Deviation of every coordinate of a row (measured,), by those of GROUPS."""
+        """Return the deviation of every measurement of a row (measured,), from those of GROUPS."""
         found = np.empty(self.measured)
         for group, deviation in zip(_OF_GROUP, deviations, strict=True):
             found[group] = deviation
         return found
 
     def left_over(self, row: Array) -> Array:
-        """Simulated minus measured (samples, measured) of a row of unknowns [m, rad, 1/m]."""
+        """Return simulated minus measured values (samples, measured) of a row of unknowns [m, rad,
+        1/m]."""
         plain = self.residuals(row[None], np.ones(len(GROUPS)))[0]
         return plain.reshape(-1, self.measured)
 
     def scan(self) -> Array:
-        """The best of the start and of SCAN vehicles around it, the flight starting as measured."""
-        self._tell(0, _MOST, "flights around the start")
+        """Return the best of the start and of SCAN vehicles around it, from the measured initial
+        state."""
+        self._progress(0, _MOST, "flights around the start")
         rows = np.zeros((SCAN, self.unknowns))
         spread = 2.0 * qmc.Sobol(self.fields, seed=0).random(SCAN) - 1.0
         rows[1:, : self.fields] = spread[1:] * self.chosen.reach(SCAN_FACTOR)
@@ -78,17 +81,17 @@ class Problem:
         return best
 
     def values(self, row: Array) -> Array:
-        """Values of the fields (fields,) of a row of unknowns."""
+        """Return the values of the fields (fields,) of a row of unknowns."""
         return self.chosen.values(row[None, : self.fields])[0]
 
     def vehicle(self, row: Array) -> Vehicle:
-        """The plain vehicle of a row of unknowns."""
+        """Return the single vehicle of a row of unknowns."""
         return self.chosen.vehicle_of(self.values(row))
 
     def settle(self) -> tuple[Array, Array, bool]:
-        """The best row, the deviations that are left, and whether it converged.
+        """Return the best row, the deviations of its residuals, and whether it converged.
 
-        Its vehicle may move faster than the one whose steps were taken: then on with its own steps.
+        If its vehicle needs shorter steps than the first one, the fit continues with these.
         """
         length = float(self.chosen.of.reach)
         found = self._best_near(self.scan(), np.array([0.01, 0.01, 0.01 / length]))
@@ -99,6 +102,7 @@ class Problem:
         return found
 
     def _best_near(self, where: Array, deviations: Array) -> tuple[Array, Array, bool]:
+        """Return row, deviations and convergence of two fits; the first weights the second."""
         for _ in range(2):
             solution = self.solve(where, deviations)
             where = solution.x
@@ -106,9 +110,12 @@ class Problem:
         return where, deviations, bool(solution.status > 0)
 
     def solve(self, start: Array, deviations: Array) -> Any:
+        """Return the least-squares solution from a row of unknowns, as SciPy does."""
+
         def at(row: Array) -> Array:
+            """Return the residuals, and report progress."""
             self._calls += 1
-            self._tell(min(self._calls, _MOST), _MOST, "least squares")
+            self._progress(min(self._calls, _MOST), _MOST, "least squares")
             values: Array = self.residuals(row[None], deviations)[0]
             return values
 
@@ -124,15 +131,20 @@ class Problem:
         )
 
     def fine_jacobian(self, row: Array, deviations: Array) -> Array:
-        """The same to fourth order: what differences leave of the second grows with the square of
-        how far arms swing in all, and would tell apart what cannot be."""
+        """Return the Jacobian to fourth order.
+
+        The error of second order grows with the square of the motion of the arms, and would make
+        dependent fields look independent.
+        """
         near, far = (self.jacobian(row, deviations, times * _FINE) for times in (1.0, 2.0))
         slopes: Array = (4.0 * near - far) / 3.0
         return slopes
 
     def jacobian(self, row: Array, deviations: Array, width: float = _DIFFERENCE) -> Array:
-        """Differences (residuals, unknowns), flown as one batch: central, or to the one side where
-        the other holds no vehicle."""
+        """Return differences (residuals, unknowns), simulated as one batch.
+
+        Central, or one-sided where the other side is no valid vehicle.
+        """
         fore, back, at = self._around(row, deviations, width)
         ahead, behind = (~_failed(rows) for rows in (fore, back))
         fore, back = np.where(ahead[:, None], fore, at), np.where(behind[:, None], back, at)
@@ -140,30 +152,30 @@ class Problem:
         slopes: Array = ((fore - back) / widths[:, None]).T
         return slopes
 
-    def at_edge(self, row: Array) -> Array:
-        """Which unknowns (unknowns,) have a neighbour that is no vehicle, or does not fly."""
+    def at_edge(self, row: Array) -> NDArray[np.bool_]:
+        """Return which unknowns (unknowns,) have an invalid neighbour, or one that fails."""
         fore, back, _ = self._around(row, np.ones(len(GROUPS)), _DIFFERENCE)
         return _failed(fore) | _failed(back)
 
     def _around(self, row: Array, deviations: Array, width: float) -> tuple[Array, Array, Array]:
-        """Residuals with each unknown a little larger, a little smaller, and as it is."""
+        """Return residuals with each unknown slightly larger, slightly smaller, and unchanged."""
         ahead = width * np.eye(len(row))
         rows = self.residuals(np.vstack([row + ahead, row - ahead, row]), deviations)
         return rows[: len(row)], rows[len(row) : -1], rows[-1]
 
 
-def _failed(rows: Array) -> Array:
-    """Which rows of residuals are of what did not fly at all."""
+def _failed(rows: Array) -> NDArray[np.bool_]:
+    """Return which rows of residuals are of failed runs."""
     return np.asarray((rows == _FAR).all(axis=1))
 
 
 def lasts(left: Array) -> bool:
-    """Whether the flight that left these residuals (samples, measured) lasted to its end."""
+    """Return whether the flight with these residuals (samples, measured) lasted to its end."""
     return bool((np.abs(left) < _FAR).all())
 
 
 def _deviations(left: Array, unknowns: int) -> Array:
-    """Standard deviation of every group of residuals (samples, measured)."""
+    """Return the standard deviation of every group of residuals (samples, measured)."""
     freedom = max(1.0 - unknowns / left.size, 1e-3)
     squares = [left[:, group] ** 2 for group in _OF_GROUP]
     # A vehicle without arms has no bends.

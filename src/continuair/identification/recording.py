@@ -1,4 +1,4 @@
-"""Recorded flights: CSV files of time, pose and bend, and of the inputs held from row to row.
+"""Recorded flights: CSV files of time, pose and bend, and of inputs held from row to row.
 
 Logs are read by `continuair.interfaces`.
 """
@@ -15,18 +15,20 @@ import numpy as np
 from continuair import checks
 from continuair.errors import InputError, shortened, shown
 from continuair.files import check_regular, printed, reason, user_path
+from continuair.typing import Array
 from continuair.vehicle.layout import ACTUATORS, numbered
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import warn
 
-Array = np.ndarray
-
 MEASURED = ("time", "x", "y", "z", "qx", "qy", "qz", "qw", "bend_x", "bend_y")
-"""Columns that every file has: time [s]; position of the UAV's centre of mass, world axes [m];
-attitude, body to world, unit quaternion; bend vector κ (cos ψa, sin ψa), body axes [1/m]. Those of
-inputs are named as ACTUATORS: 0 where there is none, each held until the next row. For a vehicle
-with [[arm]] what each section has is numbered: bend_x_1, bend_y_1, bend_x_2, and bend_moment_x_1,
-arm by arm from the base out, as the results name its coordinates and actuators."""
+"""Columns that every file has.
+
+Time [s]; position of the UAV's centre of mass, world axes [m]; attitude, body to world, unit
+quaternion; bend vector κ (cos ψa, sin ψa), body axes [1/m]. Columns of inputs are named as
+ACTUATORS: 0 if missing, each held until the next row. For a vehicle with [[arm]], columns of
+sections are numbered: bend_x_1, bend_y_1, bend_x_2, and bend_moment_x_1, arm by arm from the base
+out, as in the names of coordinates and actuators in results.
+"""
 
 _BEND = MEASURED.index("bend_x")
 FEWEST_ROWS = 10
@@ -38,11 +40,29 @@ _UNIT_NORM_TOLERANCE = 0.02
 class Recording:
     """A recorded flight; rows are samples.
 
-    time: from 0 [s] (n,). position (n, 3), attitude (n, 4), bend (n, bends), inputs (n, 6 + bends)
-    as in MEASURED and ACTUATORS; inputs is None if the file has no such column. rotor_command:
-    thrusts (n, rotors) that the vehicle's rotors are to give [N], held as inputs are, or None: they
-    are at rest. sampling: a sentence on how a log became rows, if it did. Raises InputError for
-    what is no such table of finite numbers.
+    Parameters
+    ----------
+    name : str
+        Name, for messages.
+    time : ndarray, shape (n,)
+        Times from 0 [s].
+    position : ndarray, shape (n, 3)
+        Position of the UAV's centre of mass in world axes [m].
+    attitude : ndarray, shape (n, 4)
+        Unit quaternions x y z w, body to world.
+    bend : ndarray, shape (n, bends)
+        Bend vectors, two numbers per section [1/m].
+    inputs : ndarray, shape (n, 6 + bends), or None
+        Force, moment and bend moments, as ACTUATORS, held from row to row. None: no such column.
+    rotor_command : ndarray, shape (n, rotors), optional
+        Commanded thrusts of the rotors [N], held as inputs are. Default: rotors at rest.
+    sampling : str, optional
+        A sentence on how a log was resampled to rows.
+
+    Raises
+    ------
+    InputError
+        If a field is not a table of finite numbers, with a row per time.
     """
 
     name: str
@@ -74,13 +94,12 @@ class Recording:
             )
 
     def _table(self, name: str, value: object, width: int | None) -> Array:
-        """A field as finite numbers, a row for each time."""
+        """Return a field as finite numbers, a row per time."""
         found, rows = checks.finite_array(value), np.shape(self.time)[:1]
         expected = 1 if name == "time" else 2
         if found is None or found.ndim != expected or found.shape[:1] != rows or not len(found):
             raise InputError(
-                f"{name} of the recording is {shown(value)}; give finite numbers, a row for each "
-                "time."
+                f"{name} of the recording is {shown(value)}; give finite numbers, one row per time."
             )
         if expected == 2 and width is not None and found.shape[1] != width:
             raise InputError(f"{name} of the recording has {found.shape[1]} columns; give {width}.")
@@ -89,8 +108,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class _Names:
-    """Names of columns: those that a file must have, and those of inputs and of rotors' thrusts,
-    which it may have."""
+    """Names of columns: required ones, and optional ones of inputs and rotor thrusts."""
 
     measured: tuple[str, ...]
     inputs: tuple[str, ...]
@@ -98,16 +116,17 @@ class _Names:
 
     @property
     def acting(self) -> tuple[str, ...]:
-        """Those that a file may have."""
+        """Optional columns."""
         return self.inputs + self.rotors
 
     @property
     def bend(self) -> tuple[str, ...]:
-        """The last of the measured ones."""
+        """Columns of bends, the last of the required ones."""
         return self.measured[_BEND:]
 
 
 def _names_for(vehicle: Vehicle | None) -> _Names:
+    """Return the names of columns for a vehicle."""
     sections = vehicle.sections if vehicle is not None and vehicle.has_arm_list else None
     rotors = vehicle.uav.rotors if vehicle is not None else None
     return _Names(
@@ -118,12 +137,27 @@ def _names_for(vehicle: Vehicle | None) -> _Names:
 
 
 def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None) -> Recording:
-    """Read a recorded flight from a CSV file with a line of headings, MEASURED and ACTUATORS.
+    """Read a recorded flight from a CSV file.
 
-    vehicle: whose flight it is, needed for [[arm]], and for the thrusts of rotors, rotor_command_1
-    and so on [N]. Other columns are ignored with a warning. Raises InputError, naming column and
-    row (the first below the headings is row 1), for what is missing, no finite number, no unit
-    quaternion, or not later than the row before.
+    Parameters
+    ----------
+    path : str or path
+        File with a line of headings: `MEASURED`, and optionally `ACTUATORS`. Other columns are
+        ignored with a warning.
+    vehicle : Vehicle, optional
+        The vehicle of the flight. Needed for [[arm]], and for thrusts of rotors, rotor_command_1
+        and so on [N].
+
+    Returns
+    -------
+    Recording
+        The flight, with times from 0.
+
+    Raises
+    ------
+    InputError
+        If a column or a number is missing or not finite, a quaternion is not of unit length, or
+        times do not increase. Messages name column and row; row 1 is the first below the headings.
     """
     file, names = user_path("data", path), _names_for(vehicle)
     path = printed(file)
@@ -134,15 +168,15 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
     if late.size:
         row = late[0] + 1
         raise InputError(
-            f"{path}: time is {time[row]:g} in row {row + 1}, not after the {time[row - 1]:g} of "
-            "the row before; sort the rows by time and leave out repeated ones."
+            f"{path}: time is {time[row]:g} in row {row + 1}, not after {time[row - 1]:g} in "
+            "the row before; sort rows by time, without repetitions."
         )
-    # Beside a start that is far off, steps between rows are lost to rounding.
+    # Relative to a late start, steps between rows may be lost to rounding.
     since = time - time[0]
     if not (np.diff(since) > 0.0).all():
         raise InputError(
-            f"{path}: time runs from {time[0]:g} to {time[-1]:g}, which float64 cannot hold in "
-            "steps as small as these; count the time from the start of the flight."
+            f"{path}: time runs from {time[0]:g} to {time[-1]:g}, too far for float64 to resolve "
+            "its steps; count time from the start of the flight."
         )
     attitude = np.stack([columns[name] for name in ("qx", "qy", "qz", "qw")], -1)
     norm = np.linalg.norm(attitude, axis=1)
@@ -169,7 +203,7 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
 
 
 def _rotor_command(path: str, columns: dict[str, Array], names: tuple[str, ...]) -> Array | None:
-    """Thrusts (n, rotors) of all rotors or of none, or InputError."""
+    """Return thrusts (n, rotors) of all rotors, or None; InputError if some are missing."""
     missing = [name for name in names if name not in columns]
     if len(missing) == len(names):
         return None
@@ -179,11 +213,12 @@ def _rotor_command(path: str, columns: dict[str, Array], names: tuple[str, ...])
 
 
 def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
+    """Return the headings and rows of a CSV file, or raise InputError."""
     path, line = printed(file), 0
     check_regular("data", file)
     try:
         with open(file, encoding="utf-8-sig", newline="") as text:
-            # Without `strict`, a quotation mark that is never closed swallows what follows.
+            # Without `strict`, an unclosed quotation mark consumes the rest of the file.
             reader, lines = csv.reader(text, strict=True), []
             for cells in reader:
                 line = reader.line_num
@@ -208,22 +243,23 @@ def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
             )
     for name in names.measured + names.acting:
         if headings.count(name) > 1:
-            raise InputError(f"{path}: column {name} is there twice; keep one of them.")
+            raise InputError(f"{path}: column {name} is there twice; keep one.")
     if len(lines) - 1 < FEWEST_ROWS:
         raise InputError(
-            f"{path}: holds {len(lines) - 1} rows; give a flight of {FEWEST_ROWS} rows or more."
+            f"{path}: has {len(lines) - 1} rows; give a flight of {FEWEST_ROWS} rows or more."
         )
     return headings, lines[1:]
 
 
 def _listed(headings: list[str]) -> str:
-    """Headings as a message prints them, on one line and not too long."""
+    """Return headings on one line of limited length, for messages."""
     return shortened(" ".join(", ".join(headings).split()), _LONGEST_LIST)
 
 
 def _columns(
     path: str, headings: list[str], rows: list[list[str]], names: _Names
 ) -> dict[str, Array]:
+    """Return the used columns as arrays, or raise InputError for a cell without a finite number."""
     ignored = [name for name in headings if name not in names.measured + names.acting]
     if ignored:
         known = ", ".join(names.acting)
@@ -243,7 +279,7 @@ def _columns(
             if not np.isfinite(value):
                 raise InputError(
                     f"{path}: {name} is {shown(text)} in row {row + 1}; give a finite number, or "
-                    "leave the row out."
+                    "remove the row."
                 )
             columns[name][row] = value
     return columns

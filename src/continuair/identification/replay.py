@@ -1,4 +1,4 @@
-"""Flying vehicles through a recorded flight, and how far they are from what was measured."""
+"""Simulation of a recorded flight, and its differences from the measurements."""
 
 from __future__ import annotations
 
@@ -20,33 +20,35 @@ from continuair.flight.rotors import lag_rate, still
 from continuair.flight.time_grid import marks_at
 from continuair.identification.recording import Recording
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Array
 from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
 
-Array = np.ndarray
-
 START = 16
-"""Unknowns of a start of one section: position 3 [m], rotation 3 [rad], bend 2 [1/m], and their
-rates: velocity in world axes, angular velocity in body axes. Every further section has 4 more, and
-every rotor that lags behind a command its speed over the greatest."""
+"""Unknowns of the initial state of one section.
 
-# The step is kept for all vehicles of a fit: a margin over what the first one needs.
+Position 3 [m], rotation 3 [rad], bend 2 [1/m], and their rates: velocity in world axes, angular
+velocity in body axes. Every further section has 4 more, and every rotor with a lag its speed over
+the largest.
+"""
+
+# Margin of the step, which is kept for all vehicles of a fit, relative to the first one's.
 _FINER = 0.5
 
-# Share of it by which that of the fitted vehicle may be finer, without a fit from there.
+# Factor by which the step may exceed the fitted vehicle's, before the fit is refined.
 _LEEWAY = 1.25
-# What the first step is divided by at most; a fit becomes slower by as much.
+# Largest factor by which the first step is divided; the fit becomes slower by as much.
 _MOST_FINER = 100.0
 _LONGEST_STEP = 1e-3
 _ROWS_OF_START = 5
-# Speed that a fit takes a rotor to have at the least before it starts: a thrust has no slope at 0.
+# Smallest initial rotor speed in a fit, as thrust has no slope at 0.
 _SLOWEST = 0.1
 
 
 class Replay:
-    """A recorded flight, to be flown by vehicles like the one given, with one time grid for all."""
+    """A recorded flight that similar vehicles can fly, with one time grid for all."""
 
     def __init__(self, vehicle: Vehicle, recording: Recording, test: str | None) -> None:
         self.layout = vehicle.layout
@@ -55,8 +57,7 @@ class Replay:
         if test is None and recording.inputs is None and recording.rotor_command is None:
             raise InputError(
                 f"{recording.name}: has no column of inputs; add some of "
-                f"{', '.join(ACTUATORS)}, name topics of a log that hold them, or say with --test "
-                "which open-loop test was flown."
+                f"{', '.join(ACTUATORS)}, name their topics of a log, or give --test."
             )
         self.recording, self.test = recording, test
         if test:
@@ -72,8 +73,11 @@ class Replay:
 
     @cached_property
     def first(self) -> Array:
-        """Start (unknowns,) to fit from, empty where the test gives it: lines through the first
-        rows, and speeds of commanded rotors that lag as if they had settled."""
+        """Initial state (unknowns,) for the fit, empty if the test gives it.
+
+        Straight lines through the first rows; rotors with a lag have the speeds of their first
+        command.
+        """
         if self.test:
             return np.zeros(0)
         motion, settled = first_motion(self.recording), self._settled[0]
@@ -83,34 +87,37 @@ class Replay:
 
     @property
     def _settled(self) -> Array:
-        """Speeds (1, rotors), over the greatest, that the commands of the first row lead to."""
+        """Speeds (1, rotors), over the largest, of the first row's commands."""
         return self._flown.start.states[:, self.layout.state :]
 
     @property
     def step(self) -> float:
-        """The longest step of the flights [s]."""
+        """Longest step of the flights [s]."""
         return float(self._flown.grid.steps.max())
 
     def resolves(self, vehicle: Vehicle) -> bool:
-        """Whether the step is one that a vehicle allows: errors of a longer one would pass for its
-        damping and stiffness."""
+        """Return whether the step is short enough for a vehicle.
+
+        The errors of a longer one would act as damping and stiffness.
+        """
         return self.step <= self._allowed(vehicle)
 
     def refine(self, vehicle: Vehicle) -> bool:
-        """Take the step of a vehicle where it is finer; whether it was taken."""
+        """Use a vehicle's step if it is shorter; return whether it was changed."""
         if self.resolves(vehicle) or self._allowed(vehicle) < self._finest:
             return False
         self._flown = self._cohort(vehicle)
         return True
 
     def _allowed(self, vehicle: Vehicle) -> float:
+        """Return the longest step [s] for a vehicle; 0 if none fits into memory."""
         try:
             return _LEEWAY * float(self._flight(vehicle).steps[0])
         except InputError:  # no step that fits into memory is fine enough
             return 0.0
 
     def cut_off(self, vehicle: Vehicle) -> tuple[str, ...]:
-        """What is in doubt where recorded commands are beyond what a vehicle's rotors give."""
+        """Return a sentence if recorded commands exceed the limits of a vehicle's rotors."""
         commands, rotors = self.recording.rotor_command, vehicle.uav.rotors
         if self.test or commands is None or rotors is None:
             return ()
@@ -120,12 +127,11 @@ class Replay:
             return ()
         return (
             f"rotor_command is beyond the 0 to {highest:g} N of uav.rotors.thrust_limits in "
-            f"{100.0 * share:.2g} % of the rows, and flown as cut off there; give the limits that "
-            "the rotors had.",
+            f"{100.0 * share:.2g} % of the rows, and is clipped; give the true limits.",
         )
 
     def _flight(self, vehicle: Vehicle) -> Flight:
-        """The recorded flight of a vehicle, with its step [s]."""
+        """Return the recorded flight of a vehicle, with its step."""
         scenario, times = self._scenario, self.recording.time
         apart = min(_LONGEST_STEP / _FINER, times[-1])
         flight = prepare(vehicle, scenario, sample=apart, duration=times[-1])
@@ -133,13 +139,13 @@ class Replay:
         return dataclasses.replace(flight, steps=_FINER * flight.steps, marks=marks)
 
     def _cohort(self, vehicle: Vehicle) -> Cohort:
+        """Return the runs of the recorded flight of a vehicle."""
         return next(self._flight(vehicle).cohorts())
 
     def residuals(self, vehicle: Vehicle, start: Array | None, runs: int) -> Array:
-        """Simulated minus measured (runs, samples, coordinates): position, rotation, bends.
+        """Return simulated minus measured (runs, samples, coordinates): position, rotation, bends.
 
-        NaN: it failed. start: (runs, unknowns of a start) as differences from the recording's
-        axes; None: that of the test.
+        NaN: the run failed. start: (runs, unknowns of an initial state); None: that of the test.
         """
         flown, engine = self._flown, Engine(vehicle, "coupled")
         if start is None:
@@ -158,28 +164,27 @@ class Replay:
 
 
 def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) -> None:
-    """Raise InputError unless a recording and a test are of as many sections as a vehicle, and the
-    test tells all that acted."""
+    """Raise InputError unless recording and test fit the vehicle's sections and rotors."""
     if test is not None and vehicle.uav.rotors is not None:
         raise InputError(
-            f"test is {shown(test)}, which does not tell the thrusts that held the vehicle, and "
-            "this one has [uav.rotors]; leave it out, and record the inputs."
+            f"test is {shown(test)}, which does not include rotor thrusts, but the vehicle has "
+            "[uav.rotors]; omit it, and record the inputs."
         )
     if recording.bend.shape[1] != vehicle.layout.bends:
         held = len(bend_vectors(recording.bend[0]))
         raise InputError(
-            f"{recording.name}: holds the bends of {held} sections, but "
+            f"{recording.name}: has the bends of {held} sections, but "
             f"the vehicle has {vehicle.sections}; load it with load_recording(path, vehicle)."
         )
     if test is not None and vehicle.layout.widths != ONE_SECTION.widths:
         raise InputError(
-            f"test is {shown(test)}, which is for one arm of one section; leave it out, and record "
+            f"test is {shown(test)}, which is for one arm of one section; omit it, and record "
             "the inputs."
         )
 
 
 def _check_bends(vehicle: Vehicle, recording: Recording) -> None:
-    """Raise InputError for bends beyond a full circle, which no flight of the vehicle reaches."""
+    """Raise InputError for bends beyond a full circle."""
     lengths = np.array([section.length for arm in vehicle.arms for section in arm.section])
     angles = np.linalg.norm(bend_vectors(recording.bend), axis=-1) * lengths
     if (angles > 2.0 * np.pi).any():
@@ -191,7 +196,8 @@ def _check_bends(vehicle: Vehicle, recording: Recording) -> None:
 
 
 def first_motion(recording: Recording) -> Array:
-    """Start (unknowns,) without rotors, by straight lines through the first rows of a recording."""
+    """Return the initial state (unknowns,), without rotors, from straight lines through the first
+    rows."""
     n = _ROWS_OF_START
     t = recording.time[:n]
     first = Rotation.from_quat(recording.attitude[0])
@@ -203,8 +209,10 @@ def first_motion(recording: Recording) -> Array:
 
 
 def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
-    """Where runs begin, from rows of unknowns of a start, and the speeds (1, rotors) of rotors
-    where these hold none."""
+    """Return the initial states of runs, from rows of unknowns.
+
+    speeds (1, rotors): of rotors that have no unknowns.
+    """
     attitude = Rotation.from_rotvec(rows[:, 3:6]).as_quat()
     held = rows.shape[1] - 2 * layout.coordinates
     rotors = np.repeat(speeds[:, held:], len(rows), 0)
@@ -215,8 +223,11 @@ def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
 
 
 def _held(recording: Recording, layout: Layout) -> Scenario:
-    """What was recorded: a level start that moves and bends as in its first rows, whose attitude
-    changes no step, and each row of inputs held to the next."""
+    """Return the recorded flight as a scenario, with inputs held from row to row.
+
+    It starts level, with the motion and bends of the first rows; the attitude does not affect
+    steps.
+    """
     times, rows = recording.time.tolist(), recording.inputs
     start = _start(first_motion(recording)[None], layout, np.zeros((1, 0)))
     state = start.states
@@ -225,7 +236,7 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
     kappa[:], psi[:] = np.hypot(*bend_vectors(state[0, layout.bend]).T), start.angle[0, :-3]
 
     def held(values: Array) -> Callable[[float], Array]:
-        # The last row ends the flight, and is not held.
+        # The last row is at the end of the flight, and is not held.
         return lambda t: values[min(bisect(times, t), len(times) - 1) - 1]
 
     acting: dict[str, Any] = {}
@@ -239,7 +250,8 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
 
 
 def _turn(measured: Array, simulated: Array) -> Array:
-    """Rotation vectors (runs, samples, 3) from measured to simulated attitudes; NaN where it is."""
+    """Return rotation vectors (runs, samples, 3) from measured to simulated attitudes; NaN if
+    failed."""
     flown = np.isfinite(simulated).all(-1)
     found = np.full((*simulated.shape[:2], 3), np.nan)
     wanted = np.broadcast_to(measured, simulated.shape)[flown]

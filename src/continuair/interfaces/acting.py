@@ -1,4 +1,4 @@
-"""What acted on a vehicle at the samples of its flight, as far as its result tells."""
+"""Inputs that acted on a vehicle at the samples of its flight, as far as they are recorded."""
 
 from __future__ import annotations
 
@@ -28,16 +28,19 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Acting:
-    """inputs: name of the table of inputs -> (n, width), of those that acted; rotors and controller
-    count as force, moment and bend moment. untold: what acted otherwise, fields of the scenario
-    and the rotors' wash."""
+    """The inputs that acted in a flight.
+
+    inputs: name of the table of inputs -> (n, width), of those that acted; rotors and controller
+    count as force, moment and bend moment. untold: other inputs, fields of the scenario and the
+    rotors' wash.
+    """
 
     inputs: dict[str, Array]
     untold: tuple[str, ...]
 
 
 def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
-    """Of a flight; scenario: the one that was flown, whose functions of time a result lacks.
+    """Return the inputs of a flight; scenario: the simulated one, whose functions a result lacks.
 
     Raises InputError for a scenario of another shape, or of a batch whose run is not known.
     """
@@ -58,8 +61,10 @@ def acting_on(motion: Motion, scenario: Scenario | None = None) -> Acting:
 def untold_of(
     told: dict[str, Any], flight: xr.Dataset, vehicle: Vehicle, fields: Iterable[str]
 ) -> list[str]:
-    """What acted, but is not known: pushes that were not logged, and fields of which a result
-    tells a function's name alone."""
+    """Return inputs that acted but are not recorded.
+
+    They are wrenches that were not logged, and functions of which a result records the name alone.
+    """
     found = []
     if vehicle.uav.rotors is not None and "rotor_thrust" not in flight:
         found.append("rotor_thrust")
@@ -72,21 +77,25 @@ def untold_of(
 
 
 def warn_of_lacking(names: Iterable[str], stacklevel: int, what: str) -> None:
-    """Warn, of a caller so many levels up, if some of what acted is not in a file or picture.
+    """Warn if a file or picture lacks inputs that acted.
 
-    what: the file's name, as Python shows the same words of several files once.
+    levels: of the stack up to the caller; what: the file's name, as Python shows equal warnings
+    once.
     """
     if names := tuple(names):
         warn(
-            f"{what} lacks {', '.join(names)}, which acted: it holds forces and moments whose "
-            "values over time are known (scenario= tells functions of time), and no others.",
+            f"{what} lacks {', '.join(names)}, which acted, as their values over time are not "
+            "known; scenario= gives functions of time.",
             stacklevel=stacklevel + 1,
         )
 
 
 def told_of(flight: xr.Dataset, scenario: Scenario | None = None) -> dict[str, Any]:
-    """Fields of the scenario of a flight; scenario: the one that was flown, if it is known, which
-    does not know what the steps of a `Simulation` were given. Raises InputError for another one."""
+    """Return fields of the scenario of a flight.
+
+    scenario: the simulated one, if known; it does not contain the steps of a `Simulation`. Raises
+    InputError for another one.
+    """
     told = scenario_of(flight)
     if scenario is None:
         return told
@@ -98,7 +107,7 @@ def told_of(flight: xr.Dataset, scenario: Scenario | None = None) -> dict[str, A
 
 
 def _check_flown(scenario: Scenario, told: dict[str, Any]) -> None:
-    """Raise InputError where a scenario is not what a flight tells of it, as far as it does."""
+    """Raise InputError if a scenario disagrees with the record of a flight."""
     described = json.loads(json.dumps(scenario.describe()))
     for name in (*FIELDS, "tip_wrench_sign") if told else ():
         given, flown = getattr(scenario, name), told.get(name)
@@ -112,8 +121,11 @@ def _check_flown(scenario: Scenario, told: dict[str, Any]) -> None:
 
 
 def _may_be(given: Any, flown: Any) -> bool:
-    """Whether what a scenario says of a field may be what a result tells: of a function it is a
-    name, which any has, or what it is made of; others are told as they are."""
+    """Return whether a scenario's field may be the recorded one.
+
+    A function is recorded by its name, which any may have, or by its components; others as they
+    are.
+    """
     if isinstance(given, str) or isinstance(flown, str):
         return isinstance(given, str) and isinstance(flown, str)
     if given is None or flown is None or isinstance(given, dict) or isinstance(flown, dict):
@@ -124,9 +136,9 @@ def _may_be(given: Any, flown: Any) -> bool:
 
 
 def sampled(field: str, value: Any, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:
-    """Values (n, width) of a field of the scenario at the samples of one flight.
+    """Return values (n, width) of a field of the scenario at the samples of one flight.
 
-    None where it holds rows of the runs of a batch, and the flight does not tell which it is.
+    None if it holds rows of the runs of a batch, and the flight does not record which it is.
     """
     times, width = flight["time"].to_numpy(), field_width(field, vehicle.layout)
     if callable(value):
@@ -142,14 +154,14 @@ def _of_run(name: str, value: Any, motion: Motion) -> Array:
     found = sampled(name, value, motion.dataset, motion.vehicle)
     if found is None:
         raise InputError(
-            f"{name} holds rows of many runs, but flight does not tell which run it is; choose it "
-            f"as in flight.isel(run=0), which keeps the coordinate {BATCH_ROW}."
+            f"{name} holds rows of many runs, and flight has no coordinate {BATCH_ROW}; select "
+            "the run as in flight.isel(run=0), which keeps it."
         )
     return found
 
 
 def _pushes(motion: Motion) -> dict[str, Array]:
-    """Of a controller; and force and moment of rotors, which are what they make of its own."""
+    """Return the controller's wrench, and force and moment that the rotors produce of it."""
     dataset, rotors, found = motion.dataset, motion.vehicle.uav.rotors, {}
     if "command" in dataset:
         found = dict(

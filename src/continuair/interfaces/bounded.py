@@ -21,7 +21,7 @@ _PIECE = 1 << 20
 def check_chunks(path: Path) -> None:
     """Raise InputError for an MCAP file, or a folder of them, with a chunk that is too large.
 
-    What is no whole MCAP file is left for its reader to refuse.
+    A file that is not complete MCAP is left to its reader.
     """
     for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path]:
         with open(file, "rb") as stream:
@@ -35,7 +35,7 @@ def check_chunks(path: Path) -> None:
 
 
 def _chunks(stream: IO[bytes]) -> Iterator[tuple[str, bytes]]:
-    """Compression and content of each chunk."""
+    """Yield compression and content of each chunk."""
     while len(head := stream.read(9)) == 9:
         code, size = struct.unpack("<BQ", head)
         if code != _CHUNK:
@@ -55,7 +55,7 @@ def _chunks(stream: IO[bytes]) -> Iterator[tuple[str, bytes]]:
 
 
 def _unpacks_beyond(compression: str, packed: bytes) -> bool:
-    """Whether a chunk unpacks to more than the largest, found piece by piece."""
+    """Return whether a chunk unpacks to more than the largest, found piece by piece."""
     found = 0
     while packed and compression in ("zstd", "lz4"):
         unpack = _decompressor(compression)
@@ -63,7 +63,7 @@ def _unpacks_beyond(compression: str, packed: bytes) -> bool:
         while not unpack.eof:
             try:
                 piece = unpack.decompress(data, max_length=_PIECE)
-            except Exception:  # damaged, which its reader tells
+            except Exception:  # damaged, which its reader reports
                 return False
             found, data = found + len(piece), b""
             if found > _LARGEST:

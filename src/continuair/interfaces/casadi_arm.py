@@ -1,8 +1,8 @@
-"""Arms in CasADi: where their sections are, how they move, and what mass they have.
+"""Arms in CasADi: positions, velocities and inertias of their sections.
 
-docs/numerics.md derives every term. A section's own axes are those in which it points along -z
-where it is straight. Columns of a motion are those of z = (v, ω, k̇): velocity of B's origin and
-turning of the body, both in body axes, and the rates of all bends.
+docs/explanation/fast_form.md derives every term. A section's own axes are those in which it points
+along -z where it is straight. Columns of a motion are those of z = (v, ω, k̇): velocity of B's
+origin and angular velocity of the body, both in body axes, and the rates of all bends.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Arm:
 
 
 def arms_of(vehicle: Vehicle, bends: SX) -> list[Arm]:
-    """The arms of a vehicle at bends (N, 2) that are symbols."""
+    """Return the arms of a vehicle at bends (N, 2) that are symbols."""
     z = DM.eye(vehicle.layout.coordinates)
     layout, table = vehicle.layout, pack_table(vehicle, threads=1)[0]
     arms, index, row = [], 0, 0

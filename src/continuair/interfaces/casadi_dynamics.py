@@ -4,7 +4,7 @@ With z = (v, ω, k̇), M(k) and the momenta π = M z, all about B's origin in bo
 
     M ż + (∂π/∂k) k̇ + (ω×π_v, ω×π_ω, -½ ∂(zᵀπ)/∂k) = f,
 
-where v̇ is what B accelerates by beyond gravity, and f the generalised forces.
+where v̇ is the acceleration of B minus gravity, and f the generalised forces.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ class Model:
 
     @staticmethod
     def speed(v: SX) -> SX:
-        """The length of a velocity, with derivatives at rest."""
+        """Return the length of a velocity, with derivatives at rest."""
         return ca.sqrt(ca.sumsqr(v) + _SLOW**2)
 
 
 def accelerations(vehicle: Vehicle) -> Function:
-    """The function that `to_casadi` of interfaces/casadi_model.py describes."""
+    """Return the function that `to_casadi` of interfaces/casadi_model.py describes."""
     x = _inputs(vehicle)
     R, arms = _rotation(x["attitude"]), arms_of(vehicle, x["bend"])
     bodies, model = _bodies(vehicle, arms), Model(vehicle, x, R, arms)
@@ -89,7 +89,7 @@ def _of_terms(model: Model) -> SX:
 
 
 def _inputs(vehicle: Vehicle) -> dict[str, SX]:
-    """Symbols of the arguments of `continuair.accelerations`, in their order."""
+    """Return symbols of the arguments of `continuair.accelerations`, in their order."""
     sections, arms = (vehicle.sections, COORDINATES), (len(vehicle.arms), 6)
     shapes = {
         "attitude": (4, 1), "bend": sections, "velocity": (3, 1), "angular_velocity": (3, 1),
@@ -100,14 +100,14 @@ def _inputs(vehicle: Vehicle) -> dict[str, SX]:
 
 
 def _rotation(attitude: SX) -> SX:
-    """Body to world (3, 3) of a quaternion x y z w of any length above 0."""
+    """Return body to world (3, 3) of a quaternion x y z w of any length above 0."""
     v, w = attitude[:3], attitude[3]
     turned = (w * w - ca.sumsqr(v)) * DM.eye(3) + 2 * v @ v.T + 2 * w * ca.skew(v)
     return turned / ca.sumsqr(attitude)
 
 
 def _bodies(vehicle: Vehicle, arms: list[Arm]) -> list[tuple[SX, SX]]:
-    """What z moves every body by, and its inertia in that: the UAV, sections, bodies on tips."""
+    """Return the motion of every body by z, and its inertia: UAV, sections, bodies on tips."""
     n = vehicle.layout.coordinates
     inertia = ca.diagcat(vehicle.uav.mass * DM.eye(3), DM(np.array(vehicle.uav.inertia)))
     found = [(DM.eye(n)[:6, :], inertia)]
@@ -141,11 +141,11 @@ def _springs(x: dict[str, SX], arms: list[Arm]) -> SX:
 
 
 def _valid(arms: list[Arm]) -> SX:
-    """1, and NaN where a section is bent beyond its range, where nothing here holds."""
+    """Return 1, or NaN where a section is bent beyond the model's range."""
     bent = [0, *(each.bent for arm in arms for each in arm.sections)]
     return ca.if_else(ca.mmax(ca.vertcat(*bent)) > 1, np.nan, 1)
 
 
 def _flat(per_section: SX) -> SX:
-    """(2 N,) of (N, 2), section by section."""
+    """Return (2 N,) of (N, 2), section by section."""
     return ca.vec(per_section.T)

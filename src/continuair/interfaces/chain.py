@@ -1,8 +1,8 @@
-"""An arm's section as a chain of rigid links: what engines of rigid bodies can hold.
+"""An arm's section as a chain of rigid links, for engines of rigid bodies.
 
 The joints sit in the middles of equal parts of the backbone, so that the first and the last link
-are half as long as the others and errors go with one over the square of their number. Every joint
-bends about two axes as its part does, and does not twist.
+are half as long as the others. Errors are proportional to one over the square of their number.
+Every joint bends about two axes as its part does, and does not twist.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Link:
 
 
 def links_of(section: Section, joints: int) -> list[Link]:
-    """The links of a section, from its base on: one more than joints."""
+    """Return the links of a section, from its base on: one more than joints."""
     part = section.length / joints
     ends = np.array([0.0, *(part * (np.arange(joints) + 0.5)), section.length])
     found = []

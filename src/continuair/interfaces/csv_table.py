@@ -28,13 +28,34 @@ def to_csv(
     vehicle: Vehicle | None = None,
     scenario: Scenario | None = None,
 ) -> None:
-    """Write one flight as a CSV file, a row per sample up to its end.
+    """Write one flight as a CSV file.
 
-    First come the columns of a recording, as `continuair identify` reads them: time, position,
-    attitude, bends, and the force, moment and bend moments that acted. Then all else that was
-    logged, with units in the headings. vehicle: by default that of the result's attributes.
-    scenario: the one that was flown; a result does not hold its functions of time, and a warning
-    names inputs that the file lacks. Raises InputError, also for a file that exists.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Result of one run of `simulate`.
+    path : str or path-like
+        Path of the new file.
+    vehicle : Vehicle, optional
+        The simulated vehicle. Default: that of the result's attributes.
+    scenario : Scenario, optional
+        The simulated scenario. A result does not hold its functions of time.
+
+    Raises
+    ------
+    InputError
+        If the result is not that of one run, or the file exists.
+
+    Warns
+    -----
+    ContinuairWarning
+        If the file lacks inputs, which it names.
+
+    Notes
+    -----
+    One row per sample up to the flight's end. The first columns are those that `continuair
+    identify` reads: time, position, attitude, bends, and the force, moment and bend moments that
+    acted. All other logged signals follow, with units in the headings.
     """
     motion = motion_of(dataset, vehicle)
     file = new_file("path", path)

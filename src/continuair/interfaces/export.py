@@ -31,10 +31,10 @@ def export(
     letter: str | None = None,
     links: int | None = None,
 ) -> None:
-    """Write a result (.nc), or a vehicle, as the file that the suffix says.
+    """Write a result (.nc), or a vehicle, as a file of the type of its suffix.
 
-    source: a result, or for .xml also a preset's name or a .toml file. model, run, letter: which
-    flight of a result that holds several. Raises InputError.
+    source: a result, or for .xml also a preset's name or a .toml file. model, run, letter: select a
+    flight of a result with several. Raises InputError.
     """
     suffix = Path(to).suffix
     if suffix not in (*_WRITERS, _VEHICLES):

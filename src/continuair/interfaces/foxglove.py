@@ -47,17 +47,17 @@ SCENE = _object("foxglove.SceneUpdate", entities=_list(_ENTITY))
 
 
 def time(nanoseconds: int) -> Message:
-    """A time, and a duration."""
+    """Return a time or a duration."""
     return {"sec": nanoseconds // 10**9, "nsec": nanoseconds % 10**9}
 
 
 def vector(values: Array) -> Message:
-    """Components (3,), or those of a quaternion (4,), by name."""
+    """Return components (3,), or those of a quaternion (4,), by name."""
     return dict(zip("xyzw", np.asarray(values, float).tolist(), strict=False))
 
 
 def transform(at: int, parent: str, child: str, position: Array, attitude: Array) -> Message:
-    """Of a child frame in its parent, at a time [ns]."""
+    """Return the transform of a child frame in its parent, at a time [ns]."""
     return {
         "timestamp": time(at), "parent_frame_id": parent, "child_frame_id": child,
         "translation": vector(position), "rotation": vector(attitude),
@@ -65,7 +65,7 @@ def transform(at: int, parent: str, child: str, position: Array, attitude: Array
 
 
 def entity(at: int, frame: str, name: str, **shapes: list[Message]) -> Message:
-    """What is seen in a frame and goes with it, until one of the same name comes."""
+    """Return an entity in a frame, valid until one of the same name replaces it."""
     return {
         "timestamp": time(at), "frame_id": frame, "id": name, "lifetime": time(0),
         "frame_locked": True, **shapes,
@@ -73,13 +73,13 @@ def entity(at: int, frame: str, name: str, **shapes: list[Message]) -> Message:
 
 
 def cube(size: Array, attitude: Array, color: tuple[float, ...]) -> Message:
-    """A box of whole sides (3,) [m] about the origin."""
+    """Return a box of whole sides (3,) [m] about the origin."""
     pose = {"position": vector(np.zeros(3)), "orientation": vector(attitude)}
     return {"pose": pose, "size": vector(size), "color": dict(zip("rgba", color, strict=True))}
 
 
 def line(points: Array, thickness: float, color: tuple[float, ...]) -> Message:
-    """A line through points (n, 3) [m], as thick as it is in the world [m]."""
+    """Return a line through points (n, 3) [m], as thick as it is in the world [m]."""
     here = {"position": vector(np.zeros(3)), "orientation": vector(np.array([0, 0, 0, 1]))}
     return {
         "type": 0, "pose": here,

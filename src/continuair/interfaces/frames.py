@@ -19,43 +19,42 @@ _SIGNS = np.array([1.0, -1.0, -1.0])
 
 
 def to_ned(vectors: Any) -> Array:
-    """Vectors in world axes, (..., 3), or wrenches (..., 6), in NED: positions, velocities, forces.
+    """Return vectors in world axes, (..., 3), or wrenches (..., 6), in NED.
 
-    Units stay. Raises InputError for another shape.
+    They may be positions, velocities or forces; units stay. Raises InputError for another shape.
     """
     return _turned("vectors", vectors)
 
 
 def from_ned(vectors: Any) -> Array:
-    """`to_ned` undone."""
+    """Return vectors or wrenches in world axes from NED, the inverse of `to_ned`."""
     return _turned("vectors", vectors)
 
 
 def to_frd(vectors: Any) -> Array:
-    """Vectors in body axes, (..., 3), or wrenches (..., 6), in FRD: angular rates, moments, forces.
+    """Return vectors in body axes, (..., 3), or wrenches (..., 6), in FRD.
 
-    Units stay. Raises InputError for another shape.
+    They may be angular rates, moments or forces; units stay. Raises InputError for another shape.
     """
     return _turned("vectors", vectors)
 
 
 def from_frd(vectors: Any) -> Array:
-    """`to_frd` undone."""
+    """Return vectors or wrenches in body axes from FRD, the inverse of `to_frd`."""
     return _turned("vectors", vectors)
 
 
 def attitude_to_ned(attitude: Any, *, scalar_first: bool = False) -> Array:
-    """Attitudes FRD to NED of attitudes body to world, (..., 4) x y z w.
+    """Return attitudes FRD to NED of attitudes body to world, (..., 4) x y z w.
 
-    scalar_first: returns w x y z, as PX4 has it. Raises InputError for another
-    shape.
+    scalar_first: returns w x y z, as PX4 has it. Raises InputError for another shape.
     """
     x, y, z, w = _quaternions(attitude)
     return np.stack([w, x, -y, -z] if scalar_first else [x, -y, -z, w], axis=-1)
 
 
 def attitude_from_ned(attitude: Any, *, scalar_first: bool = False) -> Array:
-    """Attitudes body to world, (..., 4) x y z w, of attitudes FRD to NED.
+    """Return attitudes body to world, (..., 4) x y z w, of attitudes FRD to NED.
 
     scalar_first: those given are w x y z. Raises InputError for another shape.
     """
@@ -74,7 +73,7 @@ def _quaternions(attitude: Any) -> Array:
 
 
 def _numbers(name: str, value: Any, widths: tuple[int, ...]) -> Array:
-    """Numbers, NaN among them as after the end of a flight, with a last axis of a width."""
+    """Return numbers, NaN among them as after the end of a flight, with a last axis of a width."""
     try:
         found = np.asarray(value, float)
     except (TypeError, ValueError):

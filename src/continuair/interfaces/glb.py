@@ -17,7 +17,7 @@ _COMPONENTS = {"f": 5126, "B": 5121, "H": 5123}
 
 _KINDS = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4", (4, 4): "MAT4"}
 ATTRIBUTE, INDEX = 34962, 34963
-"""What a mesh's buffer is for."""
+"""Purpose of a mesh's buffer."""
 
 
 class Glb:
@@ -30,13 +30,13 @@ class Glb:
         self._channels: list[dict[str, Any]] = []
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
-        """Append to a list of the document, as nodes or meshes; returns the entry's index."""
+        """Append to a list of the document, such as nodes or meshes; return the entry's index."""
         entries = self.document.setdefault(kind, [])
         entries.append(entry)
         return len(entries) - 1
 
     def accessor(self, array: np.ndarray, dtype: str = "f", target: int | None = None) -> int:
-        """Of an array whose rows are scalars, vectors or matrices, with its bounds."""
+        """Add an array whose rows are scalars, vectors or matrices, with its bounds."""
         rows = np.asarray(array, dtype=np.dtype(dtype).newbyteorder("<"))
         kind = _KINDS[rows.shape[1:]]
         # Matrices are column by column.
@@ -50,7 +50,7 @@ class Glb:
         return self.add("accessors", {**entry, "count": len(rows), "type": kind, **bounds})
 
     def node(self, name: str, children: Sequence[int] = (), **properties: Any) -> int:
-        """A node: translation, rotation x y z w, scale, mesh, skin or camera as properties."""
+        """Add a node: translation, rotation x y z w, scale, mesh, skin or camera as properties."""
         found: dict[str, Any] = {"name": name}
         if children:
             found["children"] = list(children)
@@ -59,14 +59,14 @@ class Glb:
         return self.add("nodes", found)
 
     def material(self, red: float, green: float, blue: float, opacity: float = 1.0) -> int:
-        """A dull surface."""
+        """Add a matt material."""
         surface = {"baseColorFactor": [red, green, blue, opacity], "metallicFactor": 0.1,
                    "roughnessFactor": 0.7}  # fmt: skip
         mode = {"alphaMode": "BLEND"} if opacity < 1.0 else {}
         return self.add("materials", {"pbrMetallicRoughness": surface} | mode)
 
     def mesh(self, shape: Mesh, material: int, joints: np.ndarray | None = None) -> int:
-        """A mesh; joints: of a skin, the one that each vertex goes with."""
+        """Add a mesh; joints: of a skin, the joint of each vertex."""
         attributes = {
             "POSITION": self.accessor(shape.vertices, target=ATTRIBUTE),
             "NORMAL": self.accessor(shape.normals, target=ATTRIBUTE),
@@ -81,7 +81,7 @@ class Glb:
         return self.add("meshes", {"primitives": [one]})
 
     def track(self, times: int, values: np.ndarray) -> int:
-        """A sampler of translations (n, 3) or rotations (n, 4), by the accessor of its times."""
+        """Add a sampler of translations (n, 3) or rotations (n, 4), at the times of an accessor."""
         if values.shape[1] == 4:
             values = unflipped(values)
         self._samplers.append({"input": times, "output": self.accessor(values)})
@@ -92,7 +92,7 @@ class Glb:
         self._channels.append({"sampler": sampler, "target": {"node": node, "path": path}})
 
     def content(self) -> bytes:
-        """The file, when all is in it."""
+        """Return the complete file."""
         moving = {"samplers": self._samplers, "channels": self._channels}
         self.document["animations"] = [{"name": "flight", **moving}]
         self.document["buffers"] = [{"byteLength": len(self._bytes)}]

@@ -47,11 +47,27 @@ _THICKNESS = 0.1
 def to_gltf(
     dataset: xr.Dataset, path: str | os.PathLike[str], *, vehicle: Vehicle | None = None
 ) -> None:
-    """Write one flight as an animated .glb file: the UAV, and its arms as skinned tubes.
+    """Write one flight as an animated .glb file.
 
-    vehicle: by default that of the result's attributes. Node `world` turns our axes, z up, into
-    glTF's; below it all is in ours, in metres and in seconds since the first sample. The UAV is the
-    box of its mass and inertia. Raises InputError, also for a file that exists.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Result of one run of `simulate`.
+    path : str or path-like
+        Path of the new file, which ends in .glb.
+    vehicle : Vehicle, optional
+        The simulated vehicle. Default: that of the result's attributes.
+
+    Raises
+    ------
+    InputError
+        If the result is not that of one run, or the file exists or has another suffix.
+
+    Notes
+    -----
+    The UAV is the box of equal mass and inertia; arms are skinned tubes. The node ``world`` turns
+    our axes, z up, into those of glTF. Below it, all is in our axes, in metres, and in seconds
+    since the first sample.
     """
     motion = motion_of(dataset, vehicle).at(RATE)
     file = new_file("path", path)
@@ -62,7 +78,7 @@ def to_gltf(
 
 @dataclass(frozen=True)
 class _Stage:
-    """A document, the accessor of its times, and what many nodes share."""
+    """A document, the accessor of its times, and nodes' shared meshes."""
 
     glb: Glb
     times: int
@@ -73,7 +89,7 @@ class _Stage:
     """material of the arms"""
 
     def moved(self, node: int, translation: Array, rotation: Array) -> int:
-        """The node, on its way."""
+        """Return the node after adding its motion."""
         for path, values in (("translation", translation), ("rotation", rotation)):
             self.glb.move(node, path, self.glb.track(self.times, values))
         return node
@@ -85,8 +101,8 @@ def _document(motion: Motion) -> Glb:
     skinned, seeing = [], vehicle.camera.tip_frame == "untwisted"
     for index, (arm, bend) in enumerate(parts(vehicle, motion.bend)):
         sees = seeing and index == vehicle.camera_arm
-        eye = [_camera(stage.glb, vehicle.camera)] if sees else []
-        joints = _joints(stage, arm, bend, [*_tip(stage, arm), *eye])
+        cameras = [_camera(stage.glb, vehicle.camera)] if sees else []
+        joints = _joints(stage, arm, bend, [*_tip(stage, arm), *cameras])
         hung.append(joints[0])
         skinned.append(_skin(stage, arm, joints))
     uav = stage.moved(stage.glb.node("uav", hung), motion.position, motion.attitude)
@@ -126,7 +142,7 @@ def _rotors(stage: _Stage, uav: Uav) -> list[int]:
 
 
 def _joints(stage: _Stage, arm: ArmChain, bend: Array, at_tip: list[int]) -> list[int]:
-    """The chain of an arm's frames, each in the one before, from the base to the tip."""
+    """Return the chain of an arm's frames, each in the one before, from the base to the tip."""
     found: list[int] = []
     children = at_tip
     for index in reversed(range(len(arm.section))):
@@ -149,7 +165,7 @@ def _joints(stage: _Stage, arm: ArmChain, bend: Array, at_tip: list[int]) -> lis
 
 
 def _disks(stage: _Stage, section: Section) -> dict[int, list[int]]:
-    """Nodes of a section's disks, by the joint that they hang below."""
+    """Return nodes of a section's disks, by the joint above them."""
     found: dict[int, list[int]] = {}
     part = section.length / PIECES
     for disk in section.disks:
@@ -168,19 +184,22 @@ def _tip(stage: _Stage, arm: ArmChain) -> list[int]:
 
 
 def _camera(glb: Glb, camera: Camera) -> int:
-    """Below the last joint; glTF's cameras look along -z, with y up, at the image's centre."""
+    """Add the camera below the last joint.
+
+    glTF's cameras look along -z, with y up, at the image's centre.
+    """
     across, down = np.divide(camera.image_size, camera.focal_length)
     lens = {"yfov": 2.0 * float(np.arctan(down / 2.0)), "aspectRatio": float(across / down)}
     lens["znear"] = 0.01
-    eye = glb.add("cameras", {"type": "perspective", "perspective": lens})
+    lens_index = glb.add("cameras", {"type": "perspective", "perspective": lens})
     tip = Rotation.from_quat(HALF_TURN)
     turn = tip * Rotation.from_quat(camera.attitude) * Rotation.from_quat(HALF_TURN)
     at = tip.apply(camera.position)
-    return glb.node("camera", camera=eye, translation=at, rotation=turn.as_quat())
+    return glb.node("camera", camera=lens_index, translation=at, rotation=turn.as_quat())
 
 
 def _skin(stage: _Stage, arm: ArmChain, joints: list[int]) -> int:
-    """The tube around an arm, each of whose rings goes with one joint."""
+    """Add the tube around an arm, each of whose rings moves with one joint."""
     lengths = np.repeat([section.length / PIECES for section in arm.section], PIECES)
     heights = -np.append(0.0, np.cumsum(lengths))
     radii = np.repeat([radius_of(section) for section in arm.section], PIECES)

@@ -26,7 +26,7 @@ EPISODE = 500
 
 
 def _spaces(task: Hovering) -> tuple[Box, Box]:
-    """Of observations and of actions, of one environment."""
+    """Return the spaces of observations and of actions of one environment."""
     return (
         Box(-np.inf, np.inf, (task.observations,), np.float32),
         Box(-1.0, 1.0, (task.actions,), np.float32),
@@ -34,7 +34,7 @@ def _spaces(task: Hovering) -> tuple[Box, Box]:
 
 
 class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
-    """One vehicle that is to hold a point; `Hovering` says what of, and takes the same options."""
+    """A vehicle whose task is to hold a point; `Hovering` describes the task and the options."""
 
     def __init__(self, vehicle: Any = None, render_mode: None = None, **options: Any) -> None:
         self.render_mode = render_mode
@@ -44,13 +44,13 @@ class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begin an episode."""
+        """Start an episode."""
         super().reset(seed=seed)
         self._task.begin([0], [self.np_random])
         return self._task.observed()[0].astype(np.float32), {}
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Advance a control period."""
+        """Advance by a control period."""
         found = self._task.step(_checked(action, (1, self._task.actions)))
         observation = found.observation[0].astype(np.float32)
         return observation, float(found.reward[0]), bool(found.terminated[0]), False, {}
@@ -87,7 +87,7 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Array, dict[str, Any]]:
-        """Begin all episodes; a whole number seeds them with itself and those that follow."""
+        """Start all episodes; a whole number seeds them with itself and its successors."""
         count = self.num_envs
         if isinstance(seed, int | np.integer):
             super().reset(seed=int(seed))
@@ -103,7 +103,7 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         return self._task.observed().astype(np.float32), {}
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Advance all by a control period, but for those that begin anew."""
+        """Advance all by a control period, except those that start again."""
         anew = self._ended.copy()
         found = self._task.step(_checked(actions, (self.num_envs, self._task.actions)))
         self._steps += 1
@@ -123,7 +123,7 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
 
 
 def _checked(action: Any, shape: tuple[int, int]) -> Array:
-    """An action, or those of all runs, as rows (runs, actions)."""
+    """Return an action, or those of all runs, as rows (runs, actions)."""
     found = checks.finite_array(action)
     if found is None:
         raise InputError(f"action is {shown(action)}; give finite numbers from -1 to 1.")

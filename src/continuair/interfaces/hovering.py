@@ -1,4 +1,4 @@
-"""The task of the learning environments: hold a point from a disturbed start."""
+"""Task of the learning environments: hold a point from a disturbed start."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.flight.fleet import Fleet
 from continuair.kernels.step import OK
+from continuair.typing import Model
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
@@ -19,7 +20,7 @@ Array = np.ndarray
 
 ROTORS = {"layout": "quad_x", "lever": 0.2, "thrust_limits": (0.0, 10.0),
           "torque_per_thrust": 0.016, "lag": 0.04}  # fmt: skip
-"""What the default vehicle, the preset two_section, gets."""
+"""Rotors of the default vehicle, the preset two_section."""
 
 DISTURBANCE = {"position": 0.5, "turn": 0.2, "bend": 0.3, "velocity": 0.3, "spin": 0.3}
 """Largest disturbances of a start, along each axis: of position [m], Euler angles [rad], the turn
@@ -32,7 +33,7 @@ POINTS = ("tip", "uav")
 
 
 class Outcome(NamedTuple):
-    """What a step of all runs led to: observations (runs, …), rewards and ends (runs,)."""
+    """Result of a step of all runs: observations (runs, …), rewards and ends (runs,)."""
 
     observation: Array
     reward: Array
@@ -40,14 +41,15 @@ class Outcome(NamedTuple):
 
 
 class Hovering:
-    """Runs of a vehicle that are to hold its first tip, or its UAV, at the origin.
+    """Runs of a vehicle whose task is to hold its first tip, or its UAV, at the origin.
 
-    Actions (runs, rotors): thrusts, from the least at -1 to the greatest at 1; with a bend_moment
-    above 0, (runs, rotors + bends): the bend moments too, over that [N m²]. Observations: the way
-    to the goal (3) [m], the rotation matrix (9) by rows, velocity (3) [m/s] in world axes, angular
-    velocity (3) [rad/s] in body axes, bends [1/m] and bend rates of all sections, and the rotors'
-    speeds over their greatest. Rewards: 1 at the goal, less by 1 / BOUND for each metre from it, 0
-    beyond it, where an episode ends, as it does when the flight does. Raises InputError.
+    Actions (runs, rotors): thrusts, from the least at -1 to the largest at 1. With a bend_moment
+    above 0, (runs, rotors + bends): the bend moments too, over that [N m²]. Observations: the
+    vector to the goal (3) [m], the rotation matrix (9) by rows, velocity (3) [m/s] in world axes,
+    angular velocity (3) [rad/s] in body axes, bends [1/m] and bend rates of all sections, and the
+    rotors' speeds over their largest. Rewards: 1 at the goal, reduced by 1 / BOUND per metre from
+    it, and 0 beyond, where an episode ends. An episode also ends with the flight. Raises
+    InputError.
     """
 
     def __init__(
@@ -59,7 +61,7 @@ class Hovering:
         bend_moment: float = 0.0,
         disturbance: float = 1.0,
         period: float = 0.02,
-        model: str = "coupled",
+        model: Model = "coupled",
         device: str = "cpu",
     ) -> None:
         checks.choice("hold", hold, POINTS)
@@ -96,7 +98,7 @@ class Hovering:
         return self.observed().shape[1]
 
     def begin(self, which: Sequence[int], generators: Sequence[np.random.Generator]) -> None:
-        """Begin some runs anew, each at a start that its generator draws."""
+        """Restart some runs, each at a start that its generator draws."""
         if not len(which):
             return
         runs = np.asarray(which)
@@ -105,7 +107,7 @@ class Hovering:
         self.fleet.begin(runs, q, qd)
 
     def step(self, actions: Array) -> Outcome:
-        """Advance all runs by a control period; actions (runs, actions), cut off at -1 and 1."""
+        """Advance all runs by a control period; actions (runs, actions) are clipped to ±1."""
         rotors = self.fleet.layout.rotors
         share = np.clip(np.asarray(actions, float), -1.0, 1.0)
         least, greatest = self._limits[:, :1], self._limits[:, 1:]
@@ -118,7 +120,7 @@ class Hovering:
         return Outcome(observation, np.where(ended, 0.0, 1.0 - far / BOUND), ended)
 
     def observed(self) -> Array:
-        """Observations (runs, observations) of where the runs are."""
+        """Return observations (runs, observations) of the runs' states."""
         layout, states = self.fleet.layout, self.fleet.states
         turn = Rotation.from_quat(states[:, layout.attitude]).as_matrix().reshape(len(states), 9)
         rest = (layout.velocity, layout.angular_velocity, layout.bend, layout.bend_rate)
@@ -126,13 +128,13 @@ class Hovering:
         return np.hstack([-self._held(), turn, *parts])
 
     def _held(self) -> Array:
-        """Where the point to hold is (runs, 3), world axes."""
+        """Return the positions of the points to hold (runs, 3), world axes."""
         if self._holds_tip:
             return self.fleet.tips()[:, 0]
         return self.fleet.states[:, self.fleet.layout.position]
 
     def _start(self, run: int, random: np.random.Generator) -> tuple[Array, Array]:
-        """Paper coordinates and rates (coordinates,) of a disturbed hover at the goal."""
+        """Return paper coordinates and rates (coordinates,) of a disturbed hover at the goal."""
 
         def drawn(name: str, *shape: int) -> Array:
             most = self._size * DISTURBANCE[name]
@@ -147,5 +149,5 @@ class Hovering:
 
 
 def default_vehicle() -> Vehicle:
-    """A quadrotor with the arm of the preset two_section."""
+    """Return a quadrotor with the arm of the preset two_section."""
     return load_vehicle("two_section").replace({"uav.rotors": ROTORS})

@@ -19,10 +19,10 @@ from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 Array = np.ndarray
 
 HELD = ("thrust", "torque", "bend_moment", "rotors")
-"""Roles of what is held from a sample to the next."""
+"""Roles of signals that are held from a sample to the next."""
 
 _CHORD_TOLERANCE = 0.1
-"""Of the tip's distance from the arm's base, from what a bend makes it, over the arm's length."""
+"""Tolerance of the tip's distance from the arm's base to that of an arc, over the length."""
 
 _MOST_HALF = 0.85 * np.pi
 """Half the turn of an arm at most [rad]: beyond it, its end is too near its base."""
@@ -30,7 +30,7 @@ _MOST_HALF = 0.85 * np.pi
 
 @dataclass(frozen=True)
 class Choices:
-    """What is taken of a log, checked: rate [Hz] or None, window [s] or None."""
+    """Checked choices of a log: rate [Hz] or None, window [s] or None."""
 
     rate: float | None
     window: tuple[float, float] | None
@@ -60,11 +60,11 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
     if vehicle.arms and sum(arm) != 1:
         named = "bend and a pose of the tip are both" if all(arm) else "nothing is"
         raise InputError(
-            f"{named} named to tell the arm's bend; name one topic for bend, tip or camera."
+            f"{named} named to measure the arm's bend; name one topic for bend, tip or camera."
         )
     if arm[1] and vehicle.layout.sections > 1:
         raise InputError(
-            "the pose of a tip does not tell the bends of the vehicle's "
+            "the pose of a tip does not determine the bends of the vehicle's "
             f"{vehicle.layout.sections} sections; name a topic for bend."
         )
     if ("thrust" in roles) != ("torque" in roles):
@@ -84,14 +84,13 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
 def recording(
     name: str, vehicle: Vehicle, signals: Mapping[str, Signal], chosen: Choices
 ) -> Recording:
-    """Signals by role on one even grid; raises InputError.
+    """Return signals by role on one uniform grid; raises InputError.
 
-    Measured, and taken on a spline between samples: position (n, 3) of the UAV and
-    tip (n, 3), world axes, z up [m]; attitude (n, 4), body to world, x y z w; bend (n, bends)
-    [1/m], axes of each section's base. Held, and taken by their means: thrust (n, 3) [N] and torque
-    (n, 3) [N m] on the UAV in body axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors),
-    the thrusts that are commanded [N], of rotors that lag those of the mean speed, as which they
-    follow.
+    Measured, interpolated by a spline: position (n, 3) of the UAV and tip (n, 3), world axes, z up
+    [m]; attitude (n, 4), body to world, x y z w; bend (n, bends) [1/m], axes of each section's
+    base. Held, averaged over intervals: thrust (n, 3) [N] and torque (n, 3) [N m] on the UAV in
+    body axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors), commanded thrusts [N]. For
+    rotors with a lag the mean is that of the speed, as the lag acts on it.
     """
     _check_widths(vehicle, signals)
     times, signals = aligned(signals, HELD, chosen.rate, chosen.window)
@@ -120,7 +119,7 @@ def recording(
 
 
 def _commanded(vehicle: Vehicle, signals: Mapping[str, Signal], times: Array) -> Array | None:
-    """Thrusts (n, rotors) [N] that are commanded, of rotors that lag those of the mean speed."""
+    """Return commanded thrusts (n, rotors) [N], of rotors with a lag those of the mean speed."""
     if "rotors" not in signals:
         return None
     rotors = vehicle.uav.rotors
@@ -186,9 +185,8 @@ def bends_of_tips(name: str, chord: Array, length: float) -> Array:
     off = float(np.sqrt(np.mean((far - expected) ** 2)))
     if off > _CHORD_TOLERANCE * length:
         raise InputError(
-            f"{name} is {far.mean():.3g} m from the arm's base, but an arm of {length:g} m so bent "
-            f"ends {expected.mean():.3g} m from it; check the poses' axes, the arm's length and "
-            "its mount."
+            f"{name} is {far.mean():.3g} m from the base, but an arc of {length:g} m there ends at "
+            f"{expected.mean():.3g} m; check the poses' axes, the arm's length and mount."
         )
     turn = np.divide(2.0 * half / length, out, out=np.zeros_like(out), where=out > 0.0)
     return np.asarray(turn[:, None] * chord[:, :2])

@@ -24,7 +24,7 @@ _FASTER = 1.02
 """Rate over that of a measurement, at most: clocks are not exact."""
 
 _ROUNDING = 1e-6
-"""Of a period, or a second: what is left over by rounding alone."""
+"""Remainder of a period, or a second, that is rounding alone."""
 
 _UNIT_NORM_TOLERANCE = 0.02
 
@@ -40,16 +40,16 @@ class Signal:
     period: float
 
     def at(self, times: Array) -> Array:
-        """Values on a cubic spline through the samples, as arms swing within a few of them.
+        """Return values on a cubic spline through the samples, as arms swing within a few of them.
 
-        On straight lines where some are so near to each other that their noise is a steep slope.
+        Interpolation is linear where samples are so close that their noise makes a steep slope.
         """
         near = np.diff(self.time).min() < _NEAREST * self.period
         order = 1 if near else min(3, len(self.time) - 1)
         return np.asarray(make_interp_spline(self.time, self.values, k=order)(times))
 
     def turned_at(self, times: Array) -> Array:
-        """Unit quaternions (n, 4) of values that are some, as `at`."""
+        """Return the unit quaternions (n, 4), interpolated as by `at`."""
         between = replace(self, values=unflipped(self.values)).at(times)
         return np.asarray(between / np.linalg.norm(between, axis=1, keepdims=True))
 
@@ -58,8 +58,10 @@ class Signal:
         return replace(self, values=function(self.values))
 
     def mean_from(self, times: Array) -> Array:
-        """Means (n, width) from each time to the next of values that are held, which give the same
-        impulse; at the last time what is held then."""
+        """Return means (n, width) of held values from each time to the next, with equal impulse.
+
+        The last is the value held at the last time.
+        """
         lasting = np.diff(self.time)[:, None] * self.values[:-1]
         summed = np.vstack([np.zeros(self.values.shape[1]), np.cumsum(lasting, 0)])
         beyond = np.append(self.time, max(times[-1], self.time[-1]) + self.period)
@@ -70,7 +72,7 @@ class Signal:
 
 
 def signal(topic: Topic, time: Array, values: Array) -> Signal:
-    """Samples in the order of their times (n,) [s], repeated ones left out."""
+    """Return samples in the order of their times (n,) [s], without repeated ones."""
     time, first = np.unique(np.asarray(time, float), return_index=True)
     if len(time) < 2:
         raise InputError(f"{topic}: holds {len(time)} samples; give a topic that was recorded.")
@@ -84,11 +86,11 @@ def aligned(
     rate: float | None,
     window: tuple[float, float] | None,
 ) -> tuple[Array, dict[str, Signal]]:
-    """Even times (n,) [s] within a window, or what all signals cover, and the signals near them.
+    """Return uniform times (n,) [s] in a window, or common to all signals, and the signals there.
 
-    held: roles of signals whose last value lasts on. rate: in Hz, that of the slowest of the others
-    by default. Raises InputError where signals do not cover the window, or have a gap or what is no
-    number in it.
+    held: roles of signals whose last value stays valid. rate: in Hz, by default that of the slowest
+    of the others. Raises InputError where signals do not cover the window, have a gap, or are not
+    finite in it.
     """
     measured = [each for role, each in signals.items() if role not in held]
     first, last = _span(signals, held)
@@ -106,8 +108,11 @@ def aligned(
 
 
 def _row_period(rate: float | None, measured: Iterable[Signal]) -> float:
-    """From row to row [s]; InputError for rows between which something was not measured, as a fit
-    would take what lies between measurements for more of them."""
+    """Return the time between rows [s].
+
+    Raises InputError for rows between which something was not measured. A fit would take
+    interpolated values for measurements.
+    """
     slowest = max(measured, key=lambda each: each.period)
     if rate is None:
         return slowest.period
@@ -120,7 +125,7 @@ def _row_period(rate: float | None, measured: Iterable[Signal]) -> float:
 
 
 def _span(signals: Mapping[str, Signal], held: Iterable[str]) -> tuple[float, float]:
-    """From when to when all signals are there [s], or InputError."""
+    """Return the times between which all signals exist [s], or raise InputError."""
     starts = {float(each.time[0]): each for each in signals.values()}
     ends = {
         float(each.time[-1]) + (each.period if role in held else 0.0): each
@@ -136,7 +141,7 @@ def _span(signals: Mapping[str, Signal], held: Iterable[str]) -> tuple[float, fl
 
 
 def _within(found: Signal, first: float, last: float) -> Signal:
-    """The samples around two times [s], or InputError for a gap or what is no number."""
+    """Return the samples around two times [s]; InputError for a gap or a non-finite value."""
     near = slice(
         max(int(np.searchsorted(found.time, first, side="right")) - 1, 0),
         int(np.searchsorted(found.time, last)) + 1,

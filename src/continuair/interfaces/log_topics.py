@@ -1,4 +1,4 @@
-"""Which topics of a log hold what: ROLE=TOPIC[:FIELDS][*SCALE]."""
+"""Topics of a log by role: ROLE=TOPIC[:FIELDS][*SCALE]."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LONGEST_LIST = 600
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic of a log, in a role: its fields, by their own names, and what they are times."""
+    """A topic of a log, in a role: its fields, by their own names, and their scales."""
 
     role: str
     name: str
@@ -30,7 +30,7 @@ class Topic:
         return f"{self.role} ({self.name})"
 
     def scaled(self, values: Array) -> Array:
-        """Values (n, width) times the scale, one number or one for each column."""
+        """Return values (n, width) times the scale, one number or one for each column."""
         if len(self.scale) not in (0, 1, values.shape[1]):
             raise InputError(
                 f"{self}: the scale holds {len(self.scale)} numbers, but there are "
@@ -42,7 +42,7 @@ class Topic:
 def parse_topics(
     given: Any, roles: Iterable[str], default: Mapping[str, str] | None = None
 ) -> dict[str, Topic]:
-    """Role -> topic, of texts TOPIC[:FIELD,...][*NUMBER,...] by role; raises InputError."""
+    """Return role -> topic, of texts TOPIC[:FIELD,...][*NUMBER,...] by role; raises InputError."""
     if not isinstance(given, Mapping):
         raise InputError(f"topics is {shown(given)}; give a dict of topics by role.")
     for role in given:
@@ -51,7 +51,7 @@ def parse_topics(
 
 
 def split_topics(options: Iterable[str]) -> dict[str, str]:
-    """Role -> text, of options ROLE=TEXT; raises InputError."""
+    """Return role -> text, of options ROLE=TEXT; raises InputError."""
     found: dict[str, str] = {}
     for option in options:
         role, equals, text = option.partition("=")
@@ -80,7 +80,7 @@ def _parsed(role: str, text: Any) -> Topic:
 
 
 def missing_topic(topic: Topic, there: Iterable[str]) -> InputError:
-    """The error of a topic that a log has not, which says what it has."""
+    """Return the error of a missing topic, which lists those of the log."""
     listed = sorted(there)
     hint = shortened(nearest(topic.name, listed), _LONGEST_LIST) if listed else "it holds none"
     return InputError(f"has no topic {topic.name} for {topic.role}; {hint}.")
@@ -88,7 +88,7 @@ def missing_topic(topic: Topic, there: Iterable[str]) -> InputError:
 
 @contextmanager
 def of_log(path: str) -> Iterator[None]:
-    """Let the errors of the block name a log."""
+    """Add the name of a log to errors of the block."""
     try:
         yield
     except InputError as error:

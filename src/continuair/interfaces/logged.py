@@ -25,7 +25,7 @@ class Column:
 
 
 def columns_of(motion: Motion) -> Iterator[Column]:
-    """All that was logged over time."""
+    """Return all signals logged over time."""
     for name, variable in motion.dataset.data_vars.items():
         if variable.dims[:1] != ("time",):
             continue
@@ -38,7 +38,7 @@ def columns_of(motion: Motion) -> Iterator[Column]:
 
 
 def _unit(variable: xr.DataArray, labels: tuple[str, ...], index: int) -> str:
-    """Of a component; where they differ, the variable's attribute lists them."""
+    """Return the unit of a component; where they differ, the variable's attribute lists them."""
     units = str(variable.attrs.get("units", "1")).split(", ")
     if variable.name == "q":
         return next((u for start, u in _OF_COORDINATE.items() if labels[0].startswith(start)), "m")

@@ -1,4 +1,4 @@
-"""A flight as an MCAP log, which Foxglove and other viewers of robots' logs open."""
+"""A flight as an MCAP log, for Foxglove and other viewers of robot logs."""
 
 from __future__ import annotations
 
@@ -47,12 +47,36 @@ def to_mcap(
     vehicle: Vehicle | None = None,
     scenario: Scenario | None = None,
 ) -> None:
-    """Write one flight as an MCAP log of JSON messages, at its samples, from time 0 on.
+    """Write one flight as an MCAP log of JSON messages.
 
-    Topics: /tf, frames world, uav and, of every arm, its tip (foxglove.FrameTransforms); /scene,
-    the UAV's box and the arms as lines (foxglove.SceneUpdate); /flight, all that was logged, and
-    /inputs, what acted, with units in their schemas. vehicle, scenario: as for `to_csv`. Raises
-    InputError, also for a file that exists, and without the package mcap (extra `mcap`).
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Result of one run of `simulate`.
+    path : str or path-like
+        Path of the new file.
+    vehicle : Vehicle, optional
+        The simulated vehicle. Default: that of the result's attributes.
+    scenario : Scenario, optional
+        The simulated scenario. A result does not hold its functions of time.
+
+    Raises
+    ------
+    InputError
+        If the result is not that of one run, the file exists, or the package mcap is not installed
+        (extra ``mcap``).
+
+    Warns
+    -----
+    ContinuairWarning
+        If the log lacks inputs, which it names.
+
+    Notes
+    -----
+    Messages have the times of the samples, from 0 on. Topics: ``/tf``, frames world, uav and the
+    tip of every arm (foxglove.FrameTransforms); ``/scene``, the UAV's box and the arms as lines
+    (foxglove.SceneUpdate); ``/flight``, all logged signals, and ``/inputs``, with units in their
+    schemas.
     """
     checks.installed("mcap", "mcap")
     motion = motion_of(dataset, vehicle)
@@ -112,7 +136,7 @@ def _transforms(motion: Motion) -> Iterator[tuple[int, Message]]:
 
 
 def _tip(arm: ArmChain, bend: Array) -> tuple[Array, Array]:
-    """Points (n, 3) [m] and attitudes (n, 4), body axes."""
+    """Return points (n, 3) [m] and attitudes (n, 4), body axes."""
     points, frames = along(arm, bend, 2)
     return points[:, -1], quaternions(frames[:, -1] @ TIP)
 
@@ -153,7 +177,7 @@ def _of_inputs(motion: Motion, acting: Acting) -> Iterator[Column]:
 
 
 def _key(label: str) -> str:
-    """A label as viewers take it in a path: no dots, and no digit first."""
+    """Return a label as viewers take it in a path: no dots, and no digit first."""
     found = label.replace(".", "_")
     return f"_{found}" if found[0].isdigit() else found
 
@@ -161,7 +185,7 @@ def _key(label: str) -> str:
 def _numbers(
     title: str, motion: Motion, columns: list[Column]
 ) -> tuple[Message, Iterator[tuple[int, Message]]]:
-    """Schema and messages of columns."""
+    """Yield schema and messages of columns."""
     schema: Message = {"title": title, "type": "object", "properties": {}}
     for column in columns:
         inside, (*outer, last) = schema, _path(column)
@@ -172,7 +196,7 @@ def _numbers(
 
 
 def _rows(motion: Motion, columns: list[Column]) -> Iterator[tuple[int, Message]]:
-    """What is no number is null, as JSON has it."""
+    """Return rows with null for values that are not finite, as JSON needs."""
     table = np.column_stack([column.values for column in columns]).astype(float)
     values = table.astype(object)
     values[~np.isfinite(table)] = None
@@ -188,5 +212,5 @@ def _rows(motion: Motion, columns: list[Column]) -> Iterator[tuple[int, Message]
 
 
 def _path(column: Column) -> list[str]:
-    """Keys to a column's numbers in a message."""
+    """Return keys to a column's numbers in a message."""
     return [column.variable, *map(_key, column.labels)]

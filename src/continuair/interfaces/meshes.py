@@ -11,7 +11,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Mesh:
-    """Corners of triangles run counter-clockwise as seen from outside."""
+    """Vertices and triangles, counter-clockwise as seen from outside."""
 
     vertices: Array
     normals: Array
@@ -19,7 +19,7 @@ class Mesh:
 
 
 def cube() -> Mesh:
-    """From -1 to 1 along each axis."""
+    """Return a cube from -1 to 1 along each axis."""
     vertices: list[Array] = []
     normals: list[Array] = []
     triangles: list[list[int]] = []
@@ -35,7 +35,7 @@ def cube() -> Mesh:
 
 
 def tube(heights: Array, radii: Array, sides: int = 16) -> Mesh:
-    """Rings (n,) along z, the highest first, open at both ends."""
+    """Return a tube of rings (n,) along z, the highest first, open at both ends."""
     circle = _circle(sides)
     rings = np.asarray(radii)[:, None, None] * circle
     rings[..., 2] += np.asarray(heights)[:, None]
@@ -50,7 +50,7 @@ def tube(heights: Array, radii: Array, sides: int = 16) -> Mesh:
 
 
 def closed(open_tube: Mesh, sides: int = 16) -> Mesh:
-    """A tube with both its ends, whose vertices are the last 2 sides, those of the first first."""
+    """Return a tube with both its ends; their vertices are the last 2 sides, in order."""
     vertices, around = open_tube.vertices, np.arange(sides)
     first = len(vertices) + np.column_stack([np.zeros(sides - 2, int), around[1:-1], around[2:]])
     up = np.tile([0.0, 0.0, 1.0], (sides, 1))
@@ -62,7 +62,7 @@ def closed(open_tube: Mesh, sides: int = 16) -> Mesh:
 
 
 def ring(inner: float, sides: int) -> Mesh:
-    """What is between two circles in the plane z = 0, the outer of radius 1, seen from above."""
+    """Return the area between two circles in the plane z = 0, the outer of radius 1, facing up."""
     outside, here = _circle(sides), np.arange(sides)
     there = (here + 1) % sides
     faces = [[here, sides + here, sides + there], [here, sides + there, there]]

@@ -1,4 +1,4 @@
-"""A vehicle as an MJCF file, which MuJoCo and other engines of rigid bodies load."""
+"""A vehicle as an MJCF file, for MuJoCo and other engines of rigid bodies."""
 
 from __future__ import annotations
 
@@ -40,13 +40,29 @@ radius have none."""
 
 
 def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -> None:
-    """Write a vehicle as an MJCF file: a free body and, per section, a chain of rigid links.
+    """Write a vehicle as an MJCF file for MuJoCo.
 
-    links: joints of each section, in the middles of as many equal parts, each of two hinges with
-    stiffness and damping. Sites: uav, rotors, tips. Actuators: thrusts of the rotors [N], or
-    without them force_x … (world axes) and moment_x … (body axes); and bend_moment_x …, conjugate
-    to a section's mean bend [1/m], which is its tendon's length. docs/interfaces.md says what is
-    lost. Raises InputError, also for a file that exists, and for a vehicle with terms of its own.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle (no batch) without terms of its own.
+    path : str or path-like
+        Path of the new file.
+    links : int, default 8
+        Joints per section, in the middles of as many equal parts; each has two hinges with
+        stiffness and damping.
+
+    Raises
+    ------
+    InputError
+        If the vehicle cannot be represented, or the file exists.
+
+    Notes
+    -----
+    The vehicle is a free body with a chain of rigid links per section. Sites: uav, rotors, tips.
+    Actuators: thrusts of the rotors [N], or without rotors ``force_x`` … (world axes) and
+    ``moment_x`` … (body axes); and ``bend_moment_x`` …, conjugate to a section's mean bend [1/m],
+    the length of its tendon. docs/howto/export.md lists what the file does not represent.
     """
     check_single_vehicle(vehicle)
     if vehicle.terms:
@@ -60,7 +76,7 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
 
 
 def mjcf(vehicle: Vehicle, links: int) -> str:
-    """The text of such a file."""
+    """Return the text of the MJCF file."""
     root = Element("mujoco", model=vehicle.name)
     SubElement(root, "compiler", angle="radian")
     option = SubElement(root, "option", gravity="0 0 -9.81")
@@ -87,8 +103,11 @@ def mjcf(vehicle: Vehicle, links: int) -> str:
 
 
 def _integration(vehicle: Vehicle, links: int) -> dict[str, str]:
-    """Integrator and step: RK4 where it resolves the stiffest mode with its damping, or one of
-    first order that is stable whatever the damping, as the step of RK4 would be very short."""
+    """Return integrator and step.
+
+    RK4 if it resolves the stiffest mode with its damping. Otherwise a first-order method that is
+    stable for any damping, as the step of RK4 would be very short.
+    """
     sections = [section for arm in vehicle.arms for section in arm.section]
     if not sections:
         return {"integrator": "RK4", "timestep": _text(_FREE_STEP)}
@@ -110,7 +129,7 @@ def _uav(world: Element, uav: Uav) -> Element:
 
 
 def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
-    """The chain of an arm; returns the frame at its tip, z out of it."""
+    """Add the chain of an arm; return the frame at its tip, z out of it."""
     turn = Rotation.from_quat(arm.attitude)
     body = SubElement(uav, "body", name=arm.name, pos=_text(arm.mount), quat=_wxyz(turn))
     down = 0.0
@@ -144,7 +163,7 @@ def _joint(arm: ArmChain, section: Section, index: int) -> str:
 
 
 def _hinges(body: Element, name: str, section: Section, links: int, order: str) -> None:
-    """Two hinges, in turn x before y and y before x: always in one order, their twists add up."""
+    """Add two hinges, alternately x before y and y before x: in one order, their twists add up."""
     part = section.length / links
     stiffness = _text(section.bending_stiffness / part)
     damping = _text(section.structural_damping / part)
@@ -155,7 +174,7 @@ def _hinges(body: Element, name: str, section: Section, links: int, order: str) 
 
 
 def _rotors(uav: Element, actuators: Element, rotors: Rotors) -> None:
-    """Sites whose z is the thrust's; the drag torque turns with it."""
+    """Add sites whose z is the thrust's; the drag torque turns with it."""
     placed = zip(rotors.hubs, rotors.axes, pointing(rotors.axes), rotors.allocation.T, strict=True)
     for index, (hub, axis, turn, column) in enumerate(placed, 1):
         name, torque = f"rotor_{index}", axis @ (column[3:] - np.cross(hub, axis))
@@ -166,7 +185,7 @@ def _rotors(uav: Element, actuators: Element, rotors: Rotors) -> None:
 
 
 def _pushes(world: Element, actuators: Element) -> None:
-    """A force on B along the world's axes, and a moment along the body's."""
+    """Add a force on B along the world's axes, and a moment along the body's."""
     SubElement(world, "site", name="world")
     for index, axis in enumerate("xyz"):
         gear = _text(np.eye(6)[index])
@@ -178,7 +197,7 @@ def _pushes(world: Element, actuators: Element) -> None:
 
 
 def _bend_moments(tendons: Element, actuators: Element, vehicle: Vehicle, links: int) -> None:
-    """A tendon's length is the mean bend of a section, and a force on it the bend moment."""
+    """Add tendons whose length is a section's mean bend, and whose force is the bend moment."""
     sections = [(arm, section) for arm in vehicle.arms for section in arm.section]
     count = len(sections) if vehicle.has_arm_list else None
     names = iter(numbered(("bend_x", "bend_y"), count))
@@ -195,7 +214,7 @@ def _bend_moments(tendons: Element, actuators: Element, vehicle: Vehicle, links:
 
 
 def _camera(tip: Element, camera: Camera) -> None:
-    """It looks along the tip's z, as images have it: x to the right, y down."""
+    """Add the camera along the tip's z, with x to the right and y down as in images."""
     turn = Rotation.from_quat(camera.attitude) * Rotation.from_quat(HALF_TURN)
     found = SubElement(tip, "camera", name="camera", pos=_text(camera.position), quat=_wxyz(turn))
     size, (across, down) = np.asarray(camera.image_size), camera.principal_point
@@ -216,7 +235,7 @@ def _inertial(body: Element, mass: float, centre: np.ndarray, inertia: np.ndarra
 
 
 def _shown(body: Element, kind: str, **attributes: str) -> None:
-    """A geometry that is seen and touches nothing."""
+    """Add a geometry that is visible and has no contacts."""
     found = SubElement(body, "geom", type=kind, contype="0", conaffinity="0", mass="0")
     found.attrib |= attributes
 

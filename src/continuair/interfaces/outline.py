@@ -1,4 +1,4 @@
-"""What a vehicle looks like where only its masses and lengths are known."""
+"""Outlines of a vehicle of which only masses and lengths are known."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Box:
 
 
 def equal_box(mass: float, inertia: Any) -> Box:
-    """The box about a centre of mass with this mass [kg] and inertia (3, 3) [kg m²]."""
+    """Return the box about a centre of mass with this mass [kg] and inertia (3, 3) [kg m²]."""
     moments, axes = np.linalg.eigh(np.asarray(inertia))
     half = np.sqrt(np.maximum(1.5 / mass * (moments.sum() - 2.0 * moments), 0.0))
     turn = Rotation.from_matrix(axes * np.linalg.det(axes))
@@ -36,19 +36,19 @@ def equal_box(mass: float, inertia: Any) -> Box:
 
 
 def radius_of(section: Section) -> float:
-    """The radius of a backbone [m]."""
+    """Return the radius of a backbone [m]."""
     return section.given_radius or _SLENDER * section.length
 
 
 def disk_radius(disk: Disk, section: Section) -> float:
-    """The radius of a disk of even mass with this axial inertia [m]."""
+    """Return the radius of a disk of even mass with this axial inertia [m]."""
     if disk.mass and disk.axial_inertia:
         return float(np.sqrt(2.0 * disk.axial_inertia / disk.mass))
     return 3.0 * radius_of(section)
 
 
 def rotor_radius(rotors: Rotors) -> float:
-    """The radius of a rotor's disk [m]; without one as large as its neighbours let it be."""
+    """Return the radius of a rotor's disk [m], by default the largest that its neighbours allow."""
     if rotors.radius is not None:
         return float(rotors.radius)
     across = rotors.hubs[:, :2]
@@ -58,7 +58,7 @@ def rotor_radius(rotors: Rotors) -> float:
 
 
 def pointing(vectors: np.ndarray) -> np.ndarray:
-    """The least turns of z to vectors (n, 3), as quaternions (n, 4) x y z w."""
+    """Return the smallest rotations of z to vectors (n, 3), as quaternions (n, 4) x y z w."""
     x, y, z = (vectors / np.linalg.norm(vectors, axis=1, keepdims=True)).T
     # Half-way between z and the vector; straight down, half a turn about x.
     found = np.column_stack([-y, x, np.zeros(len(x)), 1.0 + z])

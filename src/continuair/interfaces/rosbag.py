@@ -36,7 +36,7 @@ class _Messages:
     messages: list[Any]
 
     def rows(self, of: Callable[[Any], Any]) -> Array:
-        """What a function takes of each message (n, width), or InputError."""
+        """Return a function's values for each message (n, width), or raise InputError."""
         rows = [of(each) for each in self.messages]
         try:
             found = np.array(rows, float)
@@ -58,16 +58,40 @@ def read_rosbag(
     rate: float | None = None,
     window: tuple[float, float] | None = None,
 ) -> Recording:
-    """Read a flight of a vehicle from a ROS 2 bag, as `continuair.identification.fit` takes it.
+    """Read a flight from a ROS 2 bag, for `continuair.identification.fit`.
 
-    path: a bag's folder, or its .mcap or .db3 file. topics: role -> "TOPIC:FIELD,FIELD*NUMBER",
-    pose of the UAV and one of bend [1/m], tip and camera, which are poses in the same world axes;
-    wrench on the UAV, in body axes, bend_moment [N m²] and rotors, thrusts in the vehicle's order
-    [N]. Fields are of bend, bend_moment and rotors alone. Types: PoseStamped,
-    PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped for tip), WrenchStamped,
-    Float64MultiArray, and JointState, whose position is bend and whose effort is bend_moment.
-    rate: of the rows [Hz], that of the slowest measurement by default;
-    window: from, to [s] since the bag's start. Raises InputError.
+    Parameters
+    ----------
+    path : str or path-like
+        Folder of the bag, or its .mcap or .db3 file.
+    vehicle : Vehicle
+        The vehicle that flew.
+    topics : mapping of str to str
+        "TOPIC:FIELD,FIELD*NUMBER" by role, see Notes.
+    rate : float, optional
+        Rate of the rows [Hz]. Default: that of the slowest measurement.
+    window : tuple of float, optional
+        Start and end since the bag's start [s]. Default: all.
+
+    Returns
+    -------
+    Recording
+        The measurements at equal times.
+
+    Raises
+    ------
+    InputError
+        If the bag cannot be read, or a topic is missing or unsuitable.
+
+    Notes
+    -----
+    Roles: ``pose`` of the UAV; at least one of ``bend`` [1/m], ``tip`` and ``camera``, poses in the
+    same world axes; ``wrench`` on the UAV, body axes; ``bend_moment`` [N m²]; and ``rotors``,
+    thrusts in the vehicle's order [N]. Only bend, bend_moment and rotors take fields.
+
+    Types: PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped for
+    tip), WrenchStamped, Float64MultiArray, and JointState, with position as bend and effort as
+    bend_moment.
     """
     named = parse_topics(topics, _ROLES)
     chosen = choices(rate, window)
@@ -75,7 +99,7 @@ def read_rosbag(
     file = user_path("data", path)
     with of_log(printed(file)):
         if "pose" not in named:
-            raise InputError("nothing is named that tells the UAV's pose; name a topic for pose.")
+            raise InputError("no topic is named for the UAV's pose; name one for pose.")
         _check_fields(named.values())
         check_roles(vehicle, {part for role in named for part in _PARTS.get(role, (role,))})
         found: dict[str, Signal] = {}
@@ -85,18 +109,17 @@ def read_rosbag(
 
 
 def _check_fields(topics: Iterable[Topic]) -> None:
-    """Raise InputError for fields of a role whose messages' types say what is what."""
+    """Raise InputError for fields of a role whose message types define them."""
     for topic in topics:
         if topic.fields and topic.role not in _NUMBERS:
             raise InputError(
                 f"{topic} takes no fields, but {','.join(topic.fields)} are named; leave them out, "
-                "as the type of its messages says what is what, and publish it anew if it is in "
-                "other axes."
+                "as its message type defines them, and convert other axes before."
             )
 
 
 def _read(file: Path, named: Mapping[str, Topic]) -> dict[str, _Messages]:
-    """Role -> messages of its topic; raises InputError."""
+    """Return messages of its topic by role; raises InputError."""
     from rosbags.highlevel import AnyReader, AnyReaderError
     from rosbags.rosbag2 import ReaderError
     from rosbags.serde import SerdeError
@@ -144,7 +167,7 @@ def _refused(topic: Topic, message: Any, wanted: str) -> InputError:
 
 
 def _place(topic: Topic, message: Any) -> Any:
-    """What holds position and orientation in a message, whatever its type; or InputError."""
+    """Return the part of a message with position and orientation, or raise InputError."""
     for path in ("transform", "pose.pose", "pose"):
         found = message
         for name in path.split("."):
@@ -190,7 +213,7 @@ def _tip(found: _Messages, _: Vehicle) -> dict[str, Signal]:
 
 
 def _camera(found: _Messages, vehicle: Vehicle) -> dict[str, Signal]:
-    """The tip behind the camera that it carries."""
+    """Return the tip's pose from that of the camera on it."""
     pose, camera = _pose(found, vehicle), vehicle.camera
     place, attitude = pose["position"], pose["attitude"]
     check_unit(attitude)
@@ -222,7 +245,7 @@ def _wrench(found: _Messages, _: Vehicle) -> dict[str, Signal]:
 
 
 def _numbers(attribute: str) -> Callable[[_Messages, Vehicle], dict[str, Signal]]:
-    """A role of numbers: data of an array, or an attribute of joints."""
+    """Return a role of numbers: data of an array, or an attribute of joints."""
 
     def signals(found: _Messages, _: Vehicle) -> dict[str, Signal]:
         topic = found.topic
@@ -235,7 +258,7 @@ def _numbers(attribute: str) -> Callable[[_Messages, Vehicle], dict[str, Signal]
 
 
 def _by_name(topic: Topic, message: Any, attribute: str) -> dict[str, float]:
-    """The numbers of a message, by names of joints or by places; or InputError."""
+    """Return the numbers of a message, by names of joints or by places; or InputError."""
     values = getattr(message, "data", getattr(message, attribute, None))
     if not isinstance(values, np.ndarray):
         raise _refused(topic, message, "Float64MultiArray or JointState")
@@ -252,7 +275,7 @@ def _by_name(topic: Topic, message: Any, attribute: str) -> dict[str, float]:
 
 
 def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> list[float]:
-    """The numbers of these names, or InputError; without fields no message may hold others."""
+    """Return numbers of these names, or InputError; without fields no message may hold others."""
     missing = [name for name in names if name not in numbers]
     if missing:
         raise InputError(

@@ -50,7 +50,7 @@ _OURS = {
 _NORMALISED = {"thrust": "N", "torque": "N m", "rotors": "N"}
 _RESETS = ("xy_reset_counter", "z_reset_counter", "quat_reset_counter", "reset_counter")
 _VALID = {"xy_valid": 1, "z_valid": 1, "dead_reckoning": 0}
-"""Flags of an estimate that is one, by the value that says so."""
+"""Flags of a valid estimate, with their value if it is valid."""
 
 _HEADER = 16
 
@@ -63,13 +63,37 @@ def read_ulog(
     rate: float | None = None,
     window: tuple[float, float] | None = None,
 ) -> Recording:
-    """Read a flight of a vehicle from a PX4 log, as `continuair.identification.fit` takes it.
+    """Read a flight from a PX4 log, for `continuair.identification.fit`.
 
-    topics: role -> "TOPIC:FIELD,FIELD*NUMBER"; bend [1/m] or tip (its position, NED) must be named;
-    thrust and torque on the UAV (FRD), or rotors (in the vehicle's order), times what 1 means
-    [N, N m]; bend_moment [N m²]; position and attitude, NED and FRD, are PX4's own by default.
-    rate: of the rows [Hz], that of the slowest measurement by default; window: from, to [s] since
-    the log's start. Raises InputError.
+    Parameters
+    ----------
+    path : str or path-like
+        The .ulg file.
+    vehicle : Vehicle
+        The vehicle that flew.
+    topics : mapping of str to str
+        "TOPIC:FIELD,FIELD*NUMBER" by role, see Notes.
+    rate : float, optional
+        Rate of the rows [Hz]. Default: that of the slowest measurement.
+    window : tuple of float, optional
+        Start and end since the log's start [s]. Default: all.
+
+    Returns
+    -------
+    Recording
+        The measurements at equal times.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read, or a topic is missing or unsuitable.
+
+    Notes
+    -----
+    Roles: ``bend`` [1/m] or ``tip`` (its position, NED), one of which is required; ``thrust`` and
+    ``torque`` on the UAV (FRD), or ``rotors`` (in the vehicle's order), times the value of 1 [N, N
+    m]; ``bend_moment`` [N m²]; ``position`` (NED) and ``attitude`` (NED, FRD), by default PX4's
+    own.
     """
     named = parse_topics(topics, _FIELDS, _DEFAULT)
     chosen = choices(rate, window)
@@ -88,8 +112,7 @@ def _check_scaled(topic: Topic) -> None:
     if not topic.scale:
         unit = _NORMALISED[topic.role]
         raise InputError(
-            f"{topic} is normalised; say how many {unit} are 1, as in "
-            f"{topic.role}={topic.name}*NUMBER."
+            f"{topic} is normalised; give the {unit} of 1, as in {topic.role}={topic.name}*NUMBER."
         )
 
 
@@ -121,7 +144,7 @@ def _log(file: Path, names: set[str] | None, cut: bool) -> Any:
 
 
 def _is_whole(data: bytes) -> bool:
-    """Whether a log ends with a whole message."""
+    """Return whether a log ends with a whole message."""
     at = _HEADER
     while at + 3 <= len(data):
         at += 3 + struct.unpack_from("<H", data, at)[0]
@@ -150,7 +173,7 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
 
 
 def _instance(file: Path, log: Any, topic: Topic) -> Any:
-    """The data of a topic's first instance, with a warning of others; or InputError."""
+    """Return the data of a topic's first instance, with a warning of others; or InputError."""
     found = [each for each in log.data_list if each.name == topic.name]
     if not found:
         there = {each.name for each in _log(file, None, cut=True).data_list}
@@ -167,7 +190,7 @@ def _instance(file: Path, log: Any, topic: Topic) -> Any:
 
 
 def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
-    """Rows in our axes; those that are no numbers stay so, and are told of where they count."""
+    """Return rows in our axes; values that are not numbers stay so, and are reported if used."""
     width = len(_FIELDS[topic.role])
     if width and rows.shape[1] != width:
         raise InputError(
@@ -182,8 +205,10 @@ def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
 def _check_estimate(
     topic: Topic, time: Array, data: Any, window: tuple[float, float] | None
 ) -> None:
-    """Raise InputError if PX4's estimate jumped to another one, or was said to be none, at the
-    samples that a window is read from, which are one more to either side."""
+    """Raise InputError if PX4 reset its estimate, or marked it invalid, in a window.
+
+    The samples include one more on either side.
+    """
     first, last = window or (-np.inf, np.inf)
     within = (time >= time.max(where=time <= first, initial=-np.inf)) & (
         time <= time.min(where=time >= last, initial=np.inf)

@@ -1,4 +1,4 @@
-"""Whether rotors washed an arm in a flight, whose result keeps nothing of what that did."""
+"""Whether rotor wash acted on an arm in a flight, as results do not record its effect."""
 
 from __future__ import annotations
 
@@ -14,8 +14,10 @@ Array = np.ndarray
 
 
 def was_washed(motion: Motion) -> bool:
-    """Whether at a sample an arm with drag was in the wash of a rotor that pushed, as far as the
-    result tells its thrusts."""
+    """Return whether an arm with drag was in the wash of a rotor with thrust at some sample.
+
+    Rotors count as running if the result does not record their thrusts.
+    """
     vehicle, rotors = motion.vehicle, motion.vehicle.uav.rotors
     if rotors is None or rotors.radius is None or not vehicle.arms:
         return False
@@ -26,7 +28,7 @@ def was_washed(motion: Motion) -> bool:
 
 
 def _nodes(arm: ArmChain, bend: Array) -> Array:
-    """Where the drag of an arm is formed (samples, nodes, 3), body axes [m]."""
+    """Return the points of an arm's drag (samples, nodes, 3), body axes [m]."""
     start, found = 0.0, []
     for section in arm.section:
         if section.drag_coefficient:
@@ -36,7 +38,7 @@ def _nodes(arm: ArmChain, bend: Array) -> Array:
 
 
 def _in_wash(points: Array, rotors: Rotors) -> Array:
-    """Whether each rotor washes points (samples, n, 3), body axes: (samples, n, rotors)."""
+    """Return whether each rotor washes points (samples, n, 3), body axes: (samples, n, rotors)."""
     radius = float(rotors.radius or 0.0)
     from_hub = points[..., None, :] - rotors.hubs
     height = (from_hub * rotors.axes).sum(-1)

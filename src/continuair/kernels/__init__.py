@@ -1,4 +1,4 @@
-"""Device code: dynamics, sensing, laws and integrators in Warp; names of models and statuses."""
+"""Device code in Warp: dynamics, sensing, control and integrators; names of models and statuses."""
 
 from continuair import lazy
 

@@ -1,8 +1,8 @@
-"""The roll-out by an embedded pair: each run takes the steps that its own error allows.
+"""Roll-outs by an embedded pair, with adaptive steps for each run.
 
-Between two ticks, instants at which a controller acts on all runs of a pack, every run has a time
-of its own. A step ends at the run's next break or at the tick, and never passes over a piece of
-its signals. Samples are read from the pair's interpolant, and so do not change the steps.
+Between two ticks, the times of controller updates, every run of a pack has its own time. A step
+ends at the run's next breakpoint or at the tick, and never skips a piece of its signals. Samples
+are evaluated by the pair's interpolant, so that they do not change the steps.
 """
 
 from typing import Any
@@ -27,16 +27,16 @@ from continuair.kernels.step import (
 from continuair.kernels.step_control import LARGEST_ERROR, control_arguments, control_code
 
 COUNTS = 5
-"""Columns of what is counted of each run: steps taken, steps rejected, evaluations of the rates,
-time reached [s], and the most that rotors were asked for beyond their limits."""
+"""Number of counts per run: accepted steps, rejected steps, evaluations of the rates, time reached
+[s], and the largest demand of thrust beyond the rotors' limits."""
 
 STEPS, REJECTED, EVALUATIONS, REACHED, SATURATION = range(COUNTS)
 
 _LARGEST_TURN = 2.0
-"""Angle that a step may turn the UAV by, so that whole turns are counted [rad]."""
+"""Largest rotation of the UAV in a step, so that whole turns are counted [rad]."""
 
 _BISECTIONS = 40
-"""Of a step in which a run ends: to 1e-12 of its length."""
+"""Bisections of a step in which a run stops: to 1e-12 of its length."""
 
 
 def adaptive_kernel(
@@ -48,11 +48,11 @@ def adaptive_kernel(
     every_stage: bool = False,
     name: str = "adaptive",
 ) -> Any:
-    """The kernel of a roll-out of a model under a pilot, by an embedded pair.
+    """Return the kernel of a roll-out of a model with adaptive steps, under a controller.
 
-    log_row, name: as `rollout_kernel` has them. every_stage: whether the pilot acts at every stage.
-    log: (runs, samples, columns), of which samples that a run does not reach stay as they are.
-    status: (runs,); counts: (runs, COUNTS).
+    log_row, name: as in `rollout_kernel`. every_stage: whether the controller acts at every stage.
+    log: (runs, samples, columns); samples that a run does not reach stay unchanged. status:
+    (runs,). counts: (runs, COUNTS).
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
@@ -82,7 +82,7 @@ def adaptive_kernel(
     limited, misleading = excess_of is not None, misdirected is not None
     zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     last_node, almost = Real(1.0 - 1e-6), Real(1.0 + 1e-6)
-    # Of 64-bit and 32-bit numbers: steps that see on which side a direction turns, and the least.
+    # Shortest step that resolves on which side a direction turns, and shortest step of all.
     followable, shortest = Real(1e-6 if coarse else 1e-9), Real(1e-7 if coarse else 1e-12)
     not_finite, step_limit = Real(float(NOT_FINITE)), Real(float(STEP_LIMIT))
     unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
@@ -91,8 +91,8 @@ def adaptive_kernel(
 
     @wp.struct
     class Course:
-        """What a run is flown by: its inputs and the motion of its target over time, how steps are
-        made and what they may err by, when it is acted on, and the loop."""
+        """Arguments of a run: signals of inputs and target motion, method, error control, ticks and
+        the control loop."""
 
         signals: Signals
         motion: Signals
@@ -103,10 +103,10 @@ def adaptive_kernel(
 
     @wp.struct
     class Progress:
-        """How far a run is. rest: what rounding added to y, in single precision. upcoming, sample:
-        index of its next break and of its next sample. before, rejected: error of the step before,
-        and 1 if the last was rejected. fresh: 1 where the first stage is to be evaluated anew.
-        waiting: 1 until the next tick; ended: its status."""
+        """Progress of a run. rest: rounding error of y, in single precision. upcoming, sample:
+        indices of its next breakpoint and next sample. before, rejected: error of the previous
+        step, and 1 if the last one was rejected. fresh: 1 if the first stage must be evaluated
+        again. waiting: 1 until the next tick; ended: its status."""
 
         y: State
         rest: State
@@ -130,8 +130,8 @@ def adaptive_kernel(
 
     @wp.struct
     class Attempt:
-        """A step from t to its end, and y, the state there. reaches: 1 where that is a break or the
-        tick; path: the way to it; good: 1 where it is accepted; status: that the run ends with in
+        """A step from t to its end, and the state y there. reaches: 1 if it ends at a breakpoint or
+        the tick; path: of the state; good: 1 if it is accepted; status: with which the run stops in
         it, or 0."""
 
         step: Real
@@ -145,7 +145,7 @@ def adaptive_kernel(
 
     @wp.func
     def put_inputs(course: Course, flight: Flight, time: Real, before: Real):
-        """Write inputs, and the target's motion, at a time; before: 1 for just before a break."""
+        """Write inputs and target motion at a time; before: 1 for the left limit."""
         if course.signals.driven.shape[0] > 0:
             evaluate(course.signals, flight.inputs, flight.run, time, before)
         if wp.static(every_stage):
@@ -153,7 +153,7 @@ def adaptive_kernel(
 
     @wp.func
     def longest_of(course: Course, flight: Flight, t: Real, y: State):
-        """The longest step from a time and a state: over a larger turn Euler angles are lost."""
+        """Return the longest step: Euler angles cannot be followed over a larger rotation."""
         spin = wp.max(wp.length(spin_of(y)), slowest)
         out = wp.min(of_run(course.control.longest, flight.run, 1), largest_turn / spin)
         if course.signals.driven.shape[0] > 0:
@@ -164,7 +164,7 @@ def adaptive_kernel(
 
     @wp.func
     def is_left(course: Course, sample: Real):
-        """1 where there is another sample."""
+        """Return 1 if there is another sample."""
         return above(Real(Cell(course.ticks.samples.shape[0])), sample, one, zero)
 
     @wp.func
@@ -182,7 +182,7 @@ def adaptive_kernel(
         i: int, course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress],
         log: wp.array3d(dtype=Cell),
     ):  # fmt: skip
-        """Let the controller act."""
+        """Update the controller."""
         if wp.static(every_stage):
             evaluate(course.motion, course.loop.motion, flight.run, p.t, zero)
         decision = decide(i, p.t, p.y, p.branch.direction, flight, pilot, p.push)
@@ -225,7 +225,7 @@ def adaptive_kernel(
                 k = mixed(p.fresh, k, stored(p.stages, 0))
             store(p.stages, stage, k)
             if stage == 0 and any_above(zero, p.h):
-                # The first step of all follows from the rates at the start.
+                # The length of the first step follows from the initial rates.
                 first = wp.min(
                     first_of(k, p.y, allowed, course.control),
                     of_run(course.control.longest, flight.run, 0),
@@ -238,7 +238,7 @@ def adaptive_kernel(
         off = out.step * weighed(p.stages, method.error, count)
         out.error = error_of(off, p.y, out.y, allowed, Real(course.control.relative))
         if wp.static(misleading):
-            # Loads along directions that are followed: short steps see where these turn.
+            # Loads along followed directions: short steps resolve how these turn.
             doubt = misdirected(p.y, out.y, along, flight, 0) / Real(course.control.absolute)
             out.error = wp.max(out.error, above(out.step, followable, doubt, zero))
         out.good = above(out.error, one, zero, p.waiting)
@@ -250,10 +250,10 @@ def adaptive_kernel(
 
     @wp.func
     def choose_step(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
-        """The next step, by the error of this one; a run that cannot go on ends."""
+        """Choose the next step from the error of this one; stop a run that cannot continue."""
         factor = factor_of(tried.error, p.before, p.rejected, tried.good, course.method)
         proposed = factor * tried.step
-        # A step that something else cut short tells little of the next one.
+        # The error of a step that was cut short says little about the next one.
         cut = above(p.h, almost * tried.step, tried.good, zero)
         kept = above(cut, half, wp.max(proposed, p.h), proposed)
         p.h = above(p.waiting, half, kept, p.h)
@@ -261,7 +261,7 @@ def adaptive_kernel(
         p.rejected = above(p.waiting, half, one - tried.good, p.rejected)
         p.taken = p.taken + tried.good
         p.refused = p.refused + p.waiting - tried.good
-        # Too short to go on: of rates that are no numbers, or of kinks.
+        # Too short to continue: rates are not finite, or there is a kink.
         why = above(tried.error, beyond_any, not_finite, step_limit)
         tried.status = above(shortest, p.h, p.waiting * why, zero)
         many = above(p.taken + p.refused, Real(course.control.most), p.waiting, zero)
@@ -269,7 +269,7 @@ def adaptive_kernel(
 
     @wp.func
     def locate_end(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
-        """Cut a step short where its run ends in it."""
+        """Shorten a step in which its run stops."""
         ends = tried.good * end_of(tried.y)
         if any_above(ends, zero):
             interpolate(p.inside, p.stages, course.method.dense, course.method.nodes.shape[0])
@@ -287,7 +287,7 @@ def adaptive_kernel(
 
     @wp.func
     def due_within(course: Course, p: wp.ref[Progress], tried: wp.ref[Attempt]):
-        """1 where the next sample is within a step that is accepted."""
+        """Return 1 if the next sample is within an accepted step."""
         there = above(tried.end, at(course.ticks.samples, p.sample), tried.good, zero)
         return there * is_left(course, p.sample)
 
@@ -296,7 +296,7 @@ def adaptive_kernel(
         course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress], tried: wp.ref[Attempt],
         log: wp.array3d(dtype=Cell),
     ):  # fmt: skip
-        """Log the samples within a step, from the interpolant."""
+        """Log the samples within a step, by the interpolant."""
         due = due_within(course, p, tried)
         if any_above(due, half):
             interpolate(p.inside, p.stages, course.method.dense, course.method.nodes.shape[0])
@@ -317,7 +317,7 @@ def adaptive_kernel(
         i: int, course: Course, flight: Flight, pilot: Pilot, p: wp.ref[Progress],
         tried: wp.ref[Attempt],
     ):  # fmt: skip
-        """Go to the end of a step where it is accepted."""
+        """Advance to the end of an accepted step."""
         good, count = tried.good, course.method.nodes.shape[0]
         if wp.static(limited):
             put_inputs(course, flight, tried.end, one)
@@ -343,7 +343,7 @@ def adaptive_kernel(
     def settle(
         course: Course, flight: Flight, p: wp.ref[Progress], tried: wp.ref[Attempt], tick: Real
     ):
-        """Pass a break that was reached, and wait at the tick."""
+        """Advance to the next breakpoint if one was reached, and wait at the tick."""
         arrived = tried.good * tried.reaches
         there = above(next_break(course.signals, flight.run, p.upcoming), p.t, zero, arrived)
         p.upcoming = p.upcoming + there

@@ -1,4 +1,4 @@
-"""The kernel that tells how far two logs of the tip are apart."""
+"""Kernel of the deviations between two logs of the tip."""
 
 from typing import Any
 
@@ -9,11 +9,11 @@ from continuair.device.numbers import Numbers, number_code
 from continuair.vehicle.layout import DEVIATIONS, TIP_POSE
 
 ROUNDING = 1e-12
-"""Share of the largest number of a flight that is rounding, in its motion and in a difference."""
+"""Rounding error relative to the largest number of a run, in its motion and in a difference."""
 
 
 def deviation_kernel(numbers: Numbers) -> Any:
-    """The kernel `deviate`: the columns DEVIATIONS, one run or pack per thread."""
+    """Return the kernel `deviate`: the columns DEVIATIONS, one run or pack per thread."""
     code, angle_of = number_code(numbers), elementary_code(numbers).angle_of
     Cell, Real, above, lanes = code.Cell, code.Real, code.above, code.lanes
     of_sample, keep_of_run = code.of_sample, code.keep_of_run
@@ -26,8 +26,8 @@ def deviation_kernel(numbers: Numbers) -> Any:
 
     @wp.struct
     class Angles:
-        """Continuous ZYX angles: principal ones, other, 1 if the other
-        triple is followed; and whole turns."""
+        """Continuous ZYX angles: principal and chosen angles, whole turns, and other, 1 if the
+        other triple is followed."""
 
         principal: vec3
         chosen: vec3
@@ -45,7 +45,7 @@ def deviation_kernel(numbers: Numbers) -> Any:
 
     @wp.func
     def euler(tip: quat):
-        """Principal roll, pitch, yaw of R_tip diag(1, -1, -1)."""
+        """Return principal roll, pitch and yaw of R_tip diag(1, -1, -1)."""
         x, y, z, w = tip[3], tip[2], -tip[1], -tip[0]
         sine = wp.max(-one, wp.min(one, two * (w * y - x * z)))
         return vec3(
@@ -56,12 +56,12 @@ def deviation_kernel(numbers: Numbers) -> Any:
 
     @wp.func
     def turned(a: vec3):
-        """The other triple of the same attitude."""
+        """Return the other triple of the same attitude."""
         return vec3(a[0] + pi, pi - a[1], a[2] + pi)
 
     @wp.func
     def gap_on_circle(a: Real):
-        """|a| wrapped to at most π, for |a| up to 3π."""
+        """Return |a| wrapped to at most π, for |a| up to 3π."""
         size = wp.abs(a)
         return wp.min(size, wp.abs(size - two * pi))
 
@@ -72,7 +72,7 @@ def deviation_kernel(numbers: Numbers) -> Any:
 
     @wp.func
     def turn_of(a: Real):
-        """The whole turn, -1, 0 or 1, that a step by a holds, for |a| up to 3π."""
+        """Return the whole turns, -1, 0 or 1, in a step a, for |a| up to 3π."""
         return above(a, pi, one, above(-pi, a, -one, zero))
 
     @wp.func
@@ -84,7 +84,7 @@ def deviation_kernel(numbers: Numbers) -> Any:
 
     @wp.func
     def follow(angles: Angles, tip: quat):
-        """The next sample's angles on the branch nearest to those before; see tip_euler."""
+        """Return the next sample's angles on the branch nearest to the previous; see tip_euler."""
         a = euler(tip)
         b = turned(a)
         nearer = wrapped_square(a - angles.principal)
@@ -105,9 +105,10 @@ def deviation_kernel(numbers: Numbers) -> Any:
 
     @wp.func
     def ratio(squares: Real, spread: vec3, samples: Real, largest: Real):
-        """The paper's NRMSE, Amiri et al., as `differences` of analysis/metrics.py has it: 0 if
-        nothing differs but by rounding, inf if so much moves and more differs; no number stays
-        none."""
+        """Return the NRMSE of Amiri et al., as `differences` of analysis/metrics.py defines it.
+
+        It is 0 if the difference is rounding, inf if only the motion is, and NaN stays NaN.
+        """
         error, moved = wp.sqrt(squares / samples), wp.length(spread)
         unsure = Real(ROUNDING) * wp.max(largest, one)
         return above(error, unsure, error / above(moved, unsure, moved, zero), zero * error)

@@ -1,14 +1,14 @@
-"""The device types and functions that a term's code is written with, in one object."""
+"""Types and functions for the device code of a term, in one object."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
-from typing import Any
+from typing import Any, cast
 
 import warp as wp
 
-from continuair.device.numbers import Numbers
+from continuair.device.numbers import Numbers, Struct
 from continuair.device.types import Tree, Types, device_types
 from continuair.errors import InputError
 from continuair.kernels.arm.tip import TipCode, tip_code
@@ -18,9 +18,9 @@ from continuair.kernels.load import load_code
 
 @dataclass(frozen=True)
 class OnDevice:
-    """A number, vector or matrix of a term, as kernels see it: its place in a Plant, no value.
+    """Place in a Plant of a number, vector or matrix of a term; it has no value.
 
-    Attributes
+    Parameters
     ----------
     first : int
         Index of its first entry in ``plant.term_numbers``.
@@ -33,28 +33,28 @@ class OnDevice:
 
     @property
     def size(self) -> int:
-        """Number of entries."""
+        """Return the number of entries."""
         return prod(self.shape)
 
     def __float__(self) -> float:
         raise InputError(
-            "a term's number is read in device code, as its kernels are shared by all values; "
-            "read it there with code.reader(self.name)(plant)."
+            "a term's number has no value in device(code), whose kernels are shared by all values; "
+            "read it with code.reader(self.name)(plant)."
         )
 
 
 @dataclass(frozen=True)
 class Device:
-    """What `Term.device` writes Warp functions with.
+    """Types and functions for Warp functions in `Term.device`.
 
-    Attributes
+    Parameters
     ----------
     numbers : Numbers
-        Precision and lanes; ``Real`` below is one number, or one of each run of a pack.
+        Precision and lanes; ``types.Real`` is one number, or one number of each run of a pack.
     tree : Tree
-        Sections of each arm, and what else kernels are made for.
-    frozen_arm : bool
-        Whether the arm's base stays where it starts, as in the model "independent".
+        Sections of each arm, and the other constants of kernels.
+    frozen_arm : bool, default False
+        Whether the arm's base stays at its initial pose, as in the model "independent".
     """
 
     numbers: Numbers
@@ -63,38 +63,39 @@ class Device:
 
     @cached_property
     def types(self) -> Types:
-        """Types `Real`, `vec3`, `quat`, `State`, `Plant`, … and readers of a state."""
+        """Return the types `Real`, `vec3`, `quat`, `State`, `Plant`, … and readers of a state."""
         return device_types(self.numbers, self.tree)
 
     @cached_property
     def tips(self) -> TipCode:
-        """Functions of an arm's tip, such as `world_tip_of(arm)(y, plant)`."""
+        """Return functions of an arm's tip, such as `world_tip_of(arm)(y, plant)`."""
         return tip_code(self.numbers, self.tree)
 
     @property
-    def Load(self) -> Any:
-        """Struct of a generalised force: force, moment (body axes, about B), and bend."""
-        return load_code(self.numbers, self.tree).Load
+    def Load(self) -> Struct:
+        """Return the struct of a generalised force: force, moment (body axes, about B), bend."""
+        return cast(Struct, load_code(self.numbers, self.tree).Load)
 
     @property
-    def Flight(self) -> Any:
-        """Struct of a run: plant, inputs, gravity, and what a model freezes."""
-        return flight_code(self.numbers, self.tree).Flight
+    def Flight(self) -> Struct:
+        """Return the struct of a run: plant, inputs, gravity, and what a model freezes."""
+        return cast(Struct, flight_code(self.numbers, self.tree).Flight)
 
-    def reader(self, number: Any) -> Any:
-        """Return the device function of a Plant that reads a number of a term.
+    def reader(self, number: OnDevice | float | tuple[float, ...]) -> wp.Function:
+        """Return the device function that reads a number of a term from a Plant.
 
         Parameters
         ----------
         number : float or tuple of float
-            A field of the term, such as ``self.stiffness``.
+            A numeric field of the term, such as ``self.stiffness``.
 
         Returns
         -------
-        wp.func
+        wp.Function
             ``read(plant)``, which returns a ``Real``, a vector or a matrix.
         """
-        types, first, shape = self.types, number.first, number.shape
+        place = cast(OnDevice, number)
+        types, first, shape = self.types, place.first, place.shape
         Plant = types.Plant
         if not shape:
 
@@ -127,25 +128,25 @@ class Device:
 
         return matrix
 
-    def on_tip(self, wrench_of: Callable[[int], Any]) -> Callable[[int], Any]:
-        """Return `Acting.on_arm` of a wrench on the tips.
+    def on_tip(self, wrench_of: Callable[[int], wp.Function]) -> Callable[[int], wp.Function]:
+        """Return `Acting.on_arm` for a wrench on each tip.
 
         Parameters
         ----------
         wrench_of : callable
-            ``wrench_of(arm)`` returns the device function ``wrench(y, flight, row)`` of that arm,
-            which returns force [N] and moment [N m] at the tip in world axes.
+            A call ``wrench_of(arm)`` returns the device function ``wrench(y, flight, row)`` of an
+            arm, which returns force [N] and moment [N m] at the tip in world axes.
 
         Returns
         -------
         callable
-            Of the index of an arm; it returns the device function of the load.
+            Function of the index of an arm that returns the device function of the load.
         """
         return lambda arm: _tip_load(self, arm, wrench_of(arm))
 
 
 def _tip_load(code: Device, arm: int, wrench: Any) -> Any:
-    """Return the load of a wrench on a tip, J_tᵀ of Eq. (10)."""
+    """Return the load of a wrench on a tip, J_tᵀ of Eq. (10), Amiri et al. (2026)."""
     types, tips, Load, Flight = code.types, code.tips, code.Load, code.Flight
     State, Push, Along, vec3 = types.State, types.Push, types.Along, types.vec3
     attitude_of, frozen_arm = types.attitude_of, code.frozen_arm
@@ -163,7 +164,7 @@ def _tip_load(code: Device, arm: int, wrench: Any) -> Any:
         bending = turning
         point = tip.point
         if wp.static(frozen_arm):
-            # The tip pushes the base where it was at the start.
+            # The wrench acts on the base at its initial pose.
             frozen = flight.frozen
             point = vec3(frozen.tips[arm, 0], frozen.tips[arm, 1], frozen.tips[arm, 2])
             on_arm = wp.quat_rotate_inv(frozen.attitude, force)

@@ -1,19 +1,19 @@
 """Device code of the models: the rate of the state of an aerial continuum manipulator.
 
-With a' = a_o - g, what a body at B's origin feels, in body axes, and H, I, F, L, M of all arms
+With a' = a_o - g, the specific force at B's origin in body axes, and H, I, F, L, M of all arms
 about it (kernels/arm/chain.py), the rows of the coupled system are
 
     m a' + ω̇×H + F b̈ = f        H×a' + (I_u + I) ω̇ + L b̈ = n        Fᵀ a' + Lᵀ ω̇ + M b̈ = Q
 
-with what acts less the bias on the right. Translation is eliminated first, which takes the rest
-about the common centre of mass, then the bends, by LDLᵀ. The decoupled model of Amiri et al. leaves
-out the blocks between UAV and arms, F and L; gravity acts on the bends. Models "without …" are
-coupled but for one part of what decoupling drops: see continuair/analysis/couplings.py.
+with loads minus bias on the right. Translation is eliminated first, which refers the other rows to
+the common centre of mass, then the bends, by LDLᵀ. The decoupled model of Amiri et al. omits the
+blocks between UAV and arms, F and L; gravity acts on the bends. Models "without …" are the coupled
+model without one part of what decoupling omits; see continuair/analysis/couplings.py.
 """
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
 import warp as wp
 
@@ -23,37 +23,38 @@ from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.elimination import elimination_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.term_sum import acting_code
+from continuair.typing import Model
 
-MODELS = ("coupled", "decoupled", "independent")
-"""Models to simulate with."""
+MODELS: tuple[Model, ...] = get_args(Model)
+"""Dynamic models of a simulation."""
 
-REFERENCE = "coupled"
-"""The model that the others are compared with."""
+REFERENCE: Model = "coupled"
+"""Model with which the others are compared."""
 
-SIMPLER = ("decoupled", "independent")
-"""The others, in which couplings are left out."""
+SIMPLER: tuple[Model, ...] = ("decoupled", "independent")
+"""Models without some or all couplings."""
 
-PLANTS = ("coupled", "decoupled")
-"""The paper's two models, on whose plants a law is judged."""
+PLANTS: tuple[Model, ...] = ("coupled", "decoupled")
+"""The paper's two models, as plants for a control law."""
 
 COUPLINGS = ("carriage", "inertia", "coriolis")
-"""Couplings that a model "without …" lacks."""
+"""Couplings that a model "without …" omits: common acceleration, inertia, velocity terms."""
 
 COUPLED = ("coupled", "without carriage", "without coriolis")
-"""Models whose mass matrix holds the blocks between UAV and arm."""
+"""Models whose mass matrix has the blocks between UAV and arm."""
 
 BLOCK_BIASED = ("decoupled", "without coriolis")
-"""Models whose bias leaves out what UAV and arm do to one another."""
+"""Models whose bias omits velocity terms between UAV and arm."""
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """rate_of(y, along, flight, row, push) -> dy/dt of one model, and its loads.
+    """Rate of the state of one model, rate_of(y, along, flight, row, push) -> dy/dt, and its loads.
 
-    It is rates(y, flight, a) with a = accelerations_of(y, flight, total, load), of loads and of
-    total_of, what the recursion along the arms sums up. freezes: rate_of reads what the flight
-    keeps of its start, `Flight.frozen`. bias: the kind that the model has, of kernels/arm/chain.py.
-    couples: whether its mass matrix has the blocks.
+    rate_of is rates(y, flight, a) with a = accelerations_of(y, flight, total, load), where total_of
+    computes the recursion along the arms. freezes: whether rate_of reads `Flight.frozen`, values of
+    the initial state. bias: its kind, of kernels/arm/chain.py. couples: whether the mass matrix has
+    the blocks between UAV and arms.
     """
 
     model: str
@@ -68,7 +69,7 @@ class Dynamics:
 
 
 def bias_of(model: str) -> str:
-    """The kind of bias of a model."""
+    """Return the kind of bias of a model."""
     if model == "independent":
         return "alone"
     return "block" if model in BLOCK_BIASED else "full"
@@ -76,7 +77,7 @@ def bias_of(model: str) -> str:
 
 @cache
 def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
-    """The rate of the state for one kind of numbers, tree of arms and model."""
+    """Return the rate of the state for one kind of numbers, tree of arms and model."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     freezes, bias, couples = model == "independent", bias_of(model), model in COUPLED
     chain, solved = chain_code(numbers, tree, bias), elimination_code(numbers, tree)
@@ -93,7 +94,7 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
 
     @wp.func
     def bend_rows(y: State, plant: Plant, total: Total, load: Load, felt: vec3):
-        """Q: loads, springs and dampers, less the bias, and Fᵀ of what every mass feels."""
+        """Return Q: loads, elasticity and damping minus bias, and Fᵀ times the specific force."""
         b = bends_of(y)
         db = bend_rates_of(y)
         out = Bends()
@@ -105,12 +106,12 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
 
     @wp.func
     def carried_accelerations(y: State, flight: Flight, total: Total, load: Load):
-        """Any model but `independent`."""
+        """Return the accelerations of any model but "independent"."""
         plant, w = flight.plant, spin_of(y)
         rows = Rows()
         rows.force = load.force - total.force
         rows.moment = load.moment - total.moment - wp.cross(w, plant.uav_inertia * w)
-        # What pulls on every mass of the arms, per mass: how their base accelerates, or gravity.
+        # Specific force on every mass of the arms, from the acceleration of their base or gravity.
         down = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -flight.gravity))
         felt = -rows.force / plant.mass
         if wp.static(model == "decoupled"):
@@ -128,7 +129,7 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
 
     @wp.func
     def independent_accelerations(y: State, flight: Flight, total: Total, load: Load):
-        """A rigid vehicle with frozen payload, and the arms on a base fixed as it starts."""
+        """Return the accelerations of a vehicle with frozen arms, and of arms on a fixed base."""
         plant, frozen, w = flight.plant, flight.frozen, spin_of(y)
         c = frozen.moment
         rows = Rows()
@@ -146,7 +147,7 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
 
     @wp.func
     def rates(y: State, flight: Flight, a: Accelerations):
-        """dy/dt of a state that accelerates so."""
+        """Return dy/dt of a state with given accelerations."""
         q = attitude_of(y)
         v = wp.quat_rotate(q, a.base)
         # half * q * (ω, 0), written out.
@@ -162,7 +163,7 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
 
     @wp.func
     def rate_of(y: State, along: Along, flight: Flight, row: int, push: Push):
-        """dy/dt under the inputs of a row and a controller's push."""
+        """Return dy/dt for a row of inputs and a controller's actuator wrench."""
         load = load_of(y, along, flight, row, push)
         total = total_of(y, flight.coefficients, flight.plant, flight.vehicle)
         return rates(y, flight, accelerations_of(y, flight, total, load))
@@ -172,7 +173,7 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
 
         @wp.func
         def rate_with_states(y: State, along: Along, flight: Flight, row: int, push: Push):
-            """With those of what terms add to the state."""
+            """Return dy/dt with the rates of the terms' own states."""
             return with_rates(of_bodies(y, along, flight, row, push), y, flight, row, push)
 
         rate_of = rate_with_states

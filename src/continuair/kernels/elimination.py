@@ -1,4 +1,4 @@
-"""Device code that solves the rows of the dynamics (kernels/dynamics.py) for the accelerations."""
+"""Device code that solves the rows of the dynamics (kernels/dynamics.py) for accelerations."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -14,8 +14,10 @@ from continuair.kernels.arm.rigid import rigid_code
 
 @dataclass(frozen=True)
 class EliminationCode:
-    """Rows and Accelerations, structs; the rows solved with the blocks between UAV and arms, and
-    without; and the bends alone."""
+    """Rows and Accelerations, structs, and solutions.
+
+    together: with the blocks between UAV and arms; apart: without them; bends_alone: of the bends.
+    """
 
     Rows: Any
     Accelerations: Any
@@ -26,7 +28,7 @@ class EliminationCode:
 
 @cache
 def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
-    """The functions for one kind of numbers and tree."""
+    """Return the functions for one kind of numbers and tree."""
     types, rigid = device_types(numbers, tree), rigid_code(numbers, tree)
     between, inverse_of = rigid.between, rigid.inverse_of
     Real, vec3, mat33, Bends = types.Real, types.vec3, types.mat33, types.Bends
@@ -36,7 +38,7 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
 
     @wp.struct
     class Rows:
-        """Right sides: force [N] and moment about B's origin [N m], body axes; on the bends."""
+        """Right-hand sides: force [N] and moment about B's origin [N m], body axes, and bends."""
 
         force: vec3
         moment: vec3
@@ -44,7 +46,7 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
 
     @wp.struct
     class Accelerations:
-        """a' in body axes, ω̇ and b̈."""
+        """Accelerations: a' in body axes, ω̇ and b̈."""
 
         base: vec3
         spin: vec3
@@ -56,14 +58,14 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
 
     @wp.struct
     class Factors:
-        """Of a symmetric matrix Uᵀ D U: D inverted, and U, whose diagonal is 1 and not kept."""
+        """Factors of a symmetric matrix Uᵀ D U: inverse of D, and U without its unit diagonal."""
 
         U: Square
         inverse: Bends
 
     @wp.func
     def factored(M: Square):
-        """Of the upper triangle of M."""
+        """Return the factors of M, from its upper triangle."""
         out = Factors()
         for h in range(bends):
             for i in range(h):
@@ -78,7 +80,7 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
 
     @wp.func
     def forward(f: Factors, r: Bends):
-        """U⁻ᵀ r."""
+        """Return U⁻ᵀ r."""
         for i in range(bends):
             for j in range(i):
                 r[i] = r[i] - f.U[j, i] * r[j]
@@ -86,7 +88,7 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
 
     @wp.func
     def backward(f: Factors, r: Bends):
-        """(D U)⁻¹ r."""
+        """Return (D U)⁻¹ r."""
         for i in range(bends):
             r[i] = f.inverse[i] * r[i]
         for i in range(last, 0, -1):
@@ -96,13 +98,13 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
 
     @wp.func
     def bends_alone(total: Total, rows: Rows):
-        """b̈ of arms on a base that is at rest."""
+        """Return b̈ of arms on a base at rest."""
         f = factored(total.M)
         return backward(f, forward(f, rows.bend))
 
     @wp.func
     def apart(mass: Real, inertia: mat33, total: Total, rows: Rows):
-        """The vehicle with its arms frozen, and the arms, each alone."""
+        """Solve for the vehicle with frozen arms, and for the arms, separately."""
         c = total.H / mass
         out = Accelerations()
         reduced = inertia - between(c, vec3(), mass, mat33())
@@ -113,7 +115,7 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
 
     @wp.func
     def about_common_centre(mass: Real, c: vec3, total: Total):
-        """M and L with the translation eliminated; c: the common centre of mass."""
+        """Return M and L with translation eliminated; c: the common centre of mass."""
         for j in range(bends):
             on = column(total.F, j)
             about = wp.cross(c, on)
@@ -126,7 +128,7 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
 
     @wp.func
     def together(mass: Real, inertia: mat33, total: Total, rows: Rows):
-        """All rows; inertia: of UAV and arms about B's origin."""
+        """Solve all rows; inertia: of UAV and arms about B's origin."""
         c = total.H / mass
         about = about_common_centre(mass, c, total)
         f = factored(about.M)

@@ -1,4 +1,4 @@
-"""Embedded Runge-Kutta pairs, and device code that sums up their stages."""
+"""Embedded Runge-Kutta pairs, and device code for sums over their stages."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -18,9 +18,9 @@ MOST_STAGES = 7
 class Pair:
     """An embedded pair whose last stage is the first of the next step (FSAL).
 
-    order: that of the error estimate's power of h. stages: A (S, S), the last row of which are the
-    weights of the solution, and C (S,). error: weights (S,) of the difference of both solutions.
-    dense: (S, 4), coefficients of θ to θ⁴ in y(t + θ h) = y + h Σᵢ kᵢ Σₚ dense[i, p] θᵖ⁺¹.
+    order: power of h in the error estimate. stages: A (S, S), whose last row has the weights of the
+    solution. nodes: C (S,). error: weights (S,) of the difference of both solutions. dense: (S, 4),
+    coefficients of θ to θ⁴ in y(t + θ h) = y + h Σᵢ kᵢ Σₚ dense[i, p] θᵖ⁺¹.
     """
 
     order: int
@@ -31,8 +31,11 @@ class Pair:
 
 
 def _tsit5() -> Pair:
-    """The pair and interpolant of Ch. Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only
-    the first column simplifying assumption, Computers & Mathematics with Applications 62, 2011."""
+    """Return the pair and interpolant of Tsitouras.
+
+    Ch. Tsitouras, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying
+    assumption, Computers & Mathematics with Applications 62, 2011.
+    """
     stages = np.zeros((7, 7))
     stages[1, 0] = 0.161
     stages[2, :2] = -0.008480655492356989, 0.335480655492357
@@ -77,13 +80,13 @@ TSIT5 = _tsit5()
 
 @dataclass(frozen=True)
 class StageCode:
-    """Stages, a struct of the rates at all stages, and functions of it.
+    """Stages, a struct of the rates at all stages, and its functions.
 
     combined(stages, weights (S, S), row): Σ weights[row, j] kⱼ over j < row. weighed(stages,
     weights (S,), count): the same over `count` stages. store(stages, at, rate), stored(stages, at).
-    Interpolant, a struct made by interpolate(of, stages, dense, count); at(interpolant, θ) is
-    (y(t + θ h) - y) / h. power(x, p): x to the power of p, within 6 % and the same on every
-    processor. mixed(which, x, y): x where which > 0, else y.
+    interpolate(of, stages, dense, count) fills an Interpolant; at(interpolant, θ) is
+    (y(t + θ h) - y) / h. power(x, p): x to the power p within 6 %, equal on every processor.
+    mixed(which, x, y): x where which > 0, else y.
     """
 
     Stages: Any
@@ -100,7 +103,7 @@ class StageCode:
 
 @cache
 def stage_code(numbers: Numbers, tree: Tree) -> StageCode:
-    """The functions for states of a tree."""
+    """Return the functions for states of a tree."""
     types, code = device_types(numbers, tree), number_code(numbers)
     Cell, Real, State = types.Cell, types.Real, types.State
     width, above, zero = types.layout.state, code.above, Real(0.0)
@@ -109,7 +112,7 @@ def stage_code(numbers: Numbers, tree: Tree) -> StageCode:
     number = BITS[numbers.precision]["real"]
     pack = "wp::pack" if packed else number
     state = f"wp::vec_t<{width},{pack}> out;"
-    # Unrolled, the sums take longer to compile than all else, and no less time to run.
+    # Unrolled sums take longer to compile than the rest, and run no faster.
     rolled = "\n#if defined(__clang__)\n#pragma clang loop unroll(disable)\n#endif\n"
 
     @wp.struct
@@ -179,8 +182,7 @@ def stage_code(numbers: Numbers, tree: Tree) -> StageCode:
 
 
 def _power_text(precision: str, packed: bool) -> str:
-    """C++ of x^p for x > 0: bits of a number, read as a whole one, are nearly linear in its
-    logarithm."""
+    """Return C++ code of x^p for x > 0, from the bits of x, which approximate its logarithm."""
     number, bits = (BITS[precision][name] for name in ("real", "bits"))
     mantissa, bias = {"float64": (52, 1023), "float32": (23, 127)}[precision]
     scale, unscale = repr(2.0**-mantissa), repr(2.0**mantissa)

@@ -1,4 +1,4 @@
-"""The kernel of the potential energies of terms along a log."""
+"""Kernel of the potential energy of terms along a log."""
 
 from typing import Any
 
@@ -45,7 +45,7 @@ def energies_kernel(numbers: Numbers, tree: Tree) -> Any:
             own = term.device(Device(numbers, tree)).energy
             if own is None:
                 raise InputError(
-                    f"term {type(term).__name__} says has_energy, but its device(code) returns no "
+                    f"term {type(term).__name__} has has_energy, but its device(code) returns no "
                     "energy; give Acting(energy=...), or leave has_energy out."
                 )
             energy_of = plus(energy_of, own)

@@ -1,4 +1,4 @@
-"""What does not change during a flight: the vehicle, what acts on it, and what a model freezes."""
+"""Constants of a run in device code: vehicle, inputs, and values that a model freezes."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -16,7 +16,7 @@ from continuair.kernels.arm.tip import tip_code
 
 @dataclass(frozen=True)
 class FlightCode:
-    """Structs, defined below; flight_of makes a run's, freeze what `independent` keeps."""
+    """Structs, defined below; flight_of(vehicles, drive, run) and freeze(flight, y)."""
 
     Vehicles: Any
     Frozen: Any
@@ -27,7 +27,7 @@ class FlightCode:
 
 @cache
 def flight_code(numbers: Numbers, tree: Tree) -> FlightCode:
-    """The structs for one kind of numbers and tree of arms."""
+    """Return the structs for one kind of numbers and tree of arms."""
     types, tips = device_types(numbers, tree), tip_code(numbers, tree)
     code, rigid = number_code(numbers), rigid_code(numbers, tree)
     Cell, Real, Table = types.Cell, types.Real, types.Table
@@ -41,15 +41,18 @@ def flight_code(numbers: Numbers, tree: Tree) -> FlightCode:
 
     @wp.struct
     class Vehicles:
-        """Plants and polynomials of their sections (vehicles, terms): of each run, or one."""
+        """Plants and polynomials of their sections (vehicles, terms), per run or one for all."""
 
         plants: Plants
         coefficients: Table
 
     @wp.struct
     class Frozen:
-        """What `independent` keeps from the initial state: first moment of the arms and inertia of
-        all about B, that about the common centre of mass inverted; the tips, and the attitude."""
+        """Values of the initial state that the model "independent" uses.
+
+        moment: first moment of the arms; inertia: of all about B; inverse: of the inertia about the
+        common centre of mass; tips; attitude.
+        """
 
         moment: vec3
         inertia: mat33
@@ -59,7 +62,7 @@ def flight_code(numbers: Numbers, tree: Tree) -> FlightCode:
 
     @wp.struct
     class Flight:
-        """One run, or those of a pack: its plant, its row of moment polynomials and its inputs."""
+        """One run, or a pack: plant, row of its moment polynomials, and inputs."""
 
         run: wp.int32
         plant: Plant
@@ -73,7 +76,7 @@ def flight_code(numbers: Numbers, tree: Tree) -> FlightCode:
 
     @wp.func
     def freeze(flight: Flight, y: State):
-        """What `independent` keeps of the state y."""
+        """Return the values of a state that the model "independent" uses."""
         out = Frozen()
         plant = flight.plant
         total = total_of(y, flight.coefficients, plant, flight.vehicle)
@@ -87,7 +90,7 @@ def flight_code(numbers: Numbers, tree: Tree) -> FlightCode:
 
     @wp.func
     def flight_of(vehicles: Vehicles, drive: Drive, run: int):
-        """The flight of a run, or of the pack that it is the first of, with nothing frozen yet."""
+        """Return the Flight of a run, or of a pack by its first run, without frozen values."""
         out = Flight()
         out.run = run
         out.plant = plant_of(vehicles.plants, run)

@@ -1,4 +1,4 @@
-"""Device code of the linearly implicit step, which no stiff mode of the arms makes shorter."""
+"""Device code of the linearly implicit step, whose length stiff modes of the arms do not limit."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -14,7 +14,7 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.pilot import PilotCode
 
 GAMMA = 1.0 - np.sqrt(0.5)
-"""With it a mode that is far too fast for the step is gone after it."""
+"""Coefficient γ with which a mode much faster than the step is fully damped."""
 
 
 @dataclass(frozen=True)
@@ -26,16 +26,16 @@ class Stage:
 
 @cache
 def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
-    """The stages of ROS2, a W-method (Verwer, Spee, Blom, Hundsdorfer 1999).
+    """Return the stages of ROS2, a W-method (Verwer, Spee, Blom, Hundsdorfer 1999).
 
     With J, any approximation of the Jacobian of f, a step is of second order:
 
         (1 - γ h J) k₁ = f(y)        (1 - γ h J) k₂ = f(y + h k₁) - 2 k₁
         y + h (3 k₁ + k₂) / 2        = y + h (k₁ + k) / 2, with k = k₂ + 2 k₁
 
-    J here is what springs K and dampers D of the bends do to all accelerations: -M⁻¹ (K b + D ḃ).
-    The rows of k then are the rows of the dynamics (kernels/dynamics.py) with γ h (D + γ h K) more
-    inertia of each bend, and a push on it.
+    J here is the Jacobian of the elastic and damping accelerations -M⁻¹ (K b + D ḃ). The rows of k
+    are then those of the dynamics (kernels/dynamics.py), with γ h (D + γ h K) added to the inertia
+    of each bend, and an additional force on it.
     """
     types, dynamics = device_types(numbers, tree), dynamics_code(numbers, tree, model)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
@@ -50,7 +50,7 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
     def stage_of(
         y: State, along: Along, flight: Flight, row: int, push: Push, before: State, h: Real
     ):
-        """k of a state; before: k₁ in the second stage, nothing in the first."""
+        """Return k of a state; before: k₁ in the second stage, 0 in the first."""
         load = load_of(y, along, flight, row, push)
         total = total_of(y, flight.coefficients, flight.plant, flight.vehicle)
         reach, turned, turning = gamma * h, bends_of(before), bend_rates_of(before)
@@ -73,7 +73,7 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
         def stage_with_states(
             y: State, along: Along, flight: Flight, row: int, push: Push, before: State, h: Real
         ):
-            """States of terms are integrated by Heun's method: J has no part for them."""
+            """Return k with states of terms by Heun's method: J has no part for them."""
             k = of_bodies(y, along, flight, row, push, before, h)
             return with_rates(k, y, flight, row, push)
 
@@ -83,7 +83,7 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
 
 
 def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode) -> Any:
-    """The function `step` as kernels/step.py has it, of the linearly implicit step."""
+    """Return the function `step`, as in kernels/step.py, of the linearly implicit step."""
     types = device_types(numbers, tree)
     stage_of = stage_code(numbers, tree, dynamics.model).stage_of
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
@@ -95,10 +95,10 @@ def implicit_step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: 
         i: int, time: Real, h: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
         held: Push,
     ):  # fmt: skip
-        """The change of the state in step i, which starts at a time and lasts h."""
+        """Return the change of the state in step i, which starts at a time and lasts h."""
         k = State()
         before = State()
-        # A loop for the compiler, too: the rate's code stands there once.
+        # A loop that the compiler does not unroll: the code of the rate is compiled once.
         for stage in range(2 + wp.min(flight.stride, 0)):
             before = Real(stage) * k
             at = y + h * before

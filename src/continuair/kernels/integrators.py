@@ -1,4 +1,4 @@
-"""How steps of a length are taken: RK4, or the linearly implicit step for stiff arms."""
+"""Integrators with a given step: RK4, and the linearly implicit step for stiff arms."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,9 +10,11 @@ from continuair.kernels.step import step_code
 
 @dataclass(frozen=True)
 class Integrator:
-    """step_code makes the function `step` of a model; phase: the largest product of an automatic
-    step and the fastest rate that it resolves; stiff: whether modes that steps do not resolve stay
-    stable."""
+    """Integrator with a given step.
+
+    step_code: factory of the function `step` of a model. phase: largest product of an automatic
+    step and the fastest resolved rate. stiff: whether unresolved modes stay stable.
+    """
 
     step_code: Callable[..., Any]
     phase: float
@@ -23,8 +25,8 @@ INTEGRATORS = {
     "RK4": Integrator(step_code, 0.2, stiff=False),
     "implicit": Integrator(implicit_step_code, 0.05, stiff=True),
 }
-"""Integrators of kernels by name. At its phase RK4 keeps the amplitude of the stiffest mode, and
-follows the fastest decay."""
+"""Integrators by name. At its phase RK4 preserves the amplitude of the stiffest mode, and resolves
+the fastest decay."""
 
 TSIT5 = "Tsit5"
-"""The embedded pair by whose error steps are controlled (kernels/adaptive.py)."""
+"""Embedded pair with adaptive steps (kernels/adaptive.py)."""

@@ -1,4 +1,4 @@
-"""Device code of a Load: what a force does, to be added to what the others do."""
+"""Device code of a Load, the generalised force of one term."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -20,13 +20,13 @@ class LoadCode:
 
 @cache
 def load_code(numbers: Numbers, tree: Tree) -> LoadCode:
-    """The struct for one kind of numbers and tree of arms."""
+    """Return the struct for one kind of numbers and tree of arms."""
     types = device_types(numbers, tree)
     Bends, vec3 = types.Bends, types.vec3
 
     @wp.struct
     class Load:
-        """External force and moment on the vehicle in body axes, and on the bends."""
+        """Force [N] and moment [N m] about B's origin in body axes, and forces on the bends."""
 
         force: vec3
         moment: vec3

@@ -1,4 +1,4 @@
-"""Device code of the rows of a log: of whole states, which are read again, or of the tip alone."""
+"""Device code of log rows: of whole states, or of the tip alone."""
 
 from functools import cache
 from typing import Any
@@ -15,9 +15,9 @@ from continuair.vehicle.layout import TIP_POSE
 
 @cache
 def state_logger(numbers: Numbers, tree: Tree) -> Any:
-    """The function `log_row`: state, branches and push, as `Layout` orders a log row.
+    """Return the function `log_row`: state, branches and actuator wrench, in the order of `Layout`.
 
-    It writes a sample of each run's own, where it is due.
+    It writes a sample for each run where it is due.
     """
     types, stepping = device_types(numbers, tree), stepping_code(numbers, tree)
     Cell, Real, State, Push, Branch = (
@@ -61,7 +61,7 @@ def state_logger(numbers: Numbers, tree: Tree) -> Any:
 
 @cache
 def push_reader(numbers: Numbers, tree: Tree) -> Any:
-    """The function logged_push(log, run, sample): a controller's push, as it was logged."""
+    """Return logged_push(log, run, sample), which reads a logged actuator wrench."""
     types, of_sample = device_types(numbers, tree), number_code(numbers).of_sample
     Cell, Push, layout = types.Cell, types.Push, types.layout
     pushes, command_at = layout.push.stop, layout.command.start
@@ -78,8 +78,8 @@ def push_reader(numbers: Numbers, tree: Tree) -> Any:
 
 @cache
 def tip_logger(numbers: Numbers, tree: Tree) -> Any:
-    """The function `log_row` that writes the pose of the camera's tip, TIP_POSE."""
-    types, tip_of = device_types(numbers, tree), tip_code(numbers, tree).tip_of(tree.eye)
+    """Return the function `log_row` that writes the pose of the camera's tip, TIP_POSE."""
+    types, tip_of = device_types(numbers, tree), tip_code(numbers, tree).tip_of(tree.camera_arm)
     Cell, Real, State, Push = types.Cell, types.Real, types.State, types.Push
     keep_where = number_code(numbers).keep_where
     Flight, Branch = (

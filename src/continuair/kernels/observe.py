@@ -1,4 +1,4 @@
-"""Kernels that look back along a log: tips, reactions, energies, momenta; what the camera saw."""
+"""Kernels along a log: tips, reactions, energies and momenta; camera and image features."""
 
 from functools import cache
 from typing import Any
@@ -14,14 +14,14 @@ from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.dynamics import Dynamics
 from continuair.kernels.flight import flight_code
 from continuair.kernels.logs import push_reader
-from continuair.kernels.sensing.eye import Eye
+from continuair.kernels.sensing.camera import CameraCode
 from continuair.sections.arc.bend import bend_code
 from continuair.vehicle.layout import MOTION, observed_columns, watched_columns
 
 
 @cache
 def _branches_of_log(numbers: Numbers, tree: Tree) -> Any:
-    """The function that gives the branches followed (cos, sin) at a logged row."""
+    """Return the function that reads the followed branches (cos, sin) of a log row."""
     types, known = device_types(numbers, tree), elementary_code(numbers)
     Cell, Along, sections = types.Cell, types.Along, types.layout.sections
     of_sample, sine, cosine = number_code(numbers).of_sample, known.sine, known.cosine
@@ -45,7 +45,7 @@ def _branches_of_log(numbers: Numbers, tree: Tree) -> Any:
 def _observer_of_arm(
     numbers: Numbers, tree: Tree, dynamics: Dynamics, before: Any, arm: int
 ) -> Any:
-    """The function that writes what is observed of an arm, after what `before` writes."""
+    """Return the function that writes the quantities of an arm, after those of `before`."""
     types, tips = device_types(numbers, tree), tip_code(numbers, tree)
     Cell, Real, keep = types.Cell, types.Real, number_code(numbers).keep
     State, Flight = types.State, flight_code(numbers, tree).Flight
@@ -68,7 +68,7 @@ def _observer_of_arm(
         before(out, sample, y, dy, begun, along, flight, row, push)
         q, w, plant = attitude_of(y), spin_of(y), flight.plant
         tip = world_tip(y, plant)
-        # What the rows of the UAV hold of this arm, the arm takes from it.
+        # The UAV exerts on the arm the arm's part of its own rows.
         seen = y
         if wp.static(freezes):
             seen = begun
@@ -105,7 +105,7 @@ def _observer_of_arm(
 
 
 def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
-    """The kernel `observe` of a model: columns observed_columns for each run and sample."""
+    """Return the kernel `observe` of a model: columns observed_columns per run and sample."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     chain, code = chain_code(numbers, tree, dynamics.bias), number_code(numbers)
     keep, lanes = code.keep, code.lanes
@@ -144,7 +144,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         log: wp.array3d(dtype=Cell),
         out: wp.array3d(dtype=Cell),
     ):
-        """drive: inputs at the samples, with one row per sample or one for all."""
+        """Write the observed columns; drive: inputs, one row per sample or one for all."""
         pack, sample = wp.tid()
         run = pack * lanes
         flight = flight_of(vehicles, drive, run)
@@ -164,7 +164,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         b = bends_of(y)
         db = bend_rates_of(y)
         total = total_of(y, flight.coefficients, plant, flight.vehicle)
-        # What moves with the UAV, and what the bends add to it.
+        # Moments of the rigid vehicle, then the contributions of the bends.
         c = total.H
         inertia = plant.uav_inertia + total.I
         height = m * p[2]
@@ -207,18 +207,22 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     return observe
 
 
-def watch_kernel(numbers: Numbers, tree: Tree, eye: Eye) -> Any:
-    """The kernel `watch`: the true image and the camera's pose and twist, columns watched_columns.
+def watch_kernel(numbers: Numbers, tree: Tree, of_camera: CameraCode) -> Any:
+    """Return the kernel `watch`: true image, camera pose and twist, columns watched_columns.
 
     motion: of the target's centroid at the samples (samples, runs or 1, MOTION).
     """
     types = device_types(numbers, tree)
-    code, points = number_code(numbers), eye.points
-    Cell, Plants, Cameras = types.Cell, code.rows_of(types.Plant), code.rows_of(eye.Camera)
-    plant_of, camera_of, lanes = code.reader_of(types.Plant), code.reader_of(eye.Camera), code.lanes
+    code, points = number_code(numbers), of_camera.points
+    Cell, Plants, Cameras = types.Cell, code.rows_of(types.Plant), code.rows_of(of_camera.Camera)
+    plant_of, camera_of, lanes = (
+        code.reader_of(types.Plant),
+        code.reader_of(of_camera.Camera),
+        code.lanes,
+    )
     load_state, three_of, keep = types.load_state, types.three_of, code.keep
     logged_along = _branches_of_log(numbers, tree)
-    view_of, look, columns = eye.view_of, eye.look, watched_columns(points)
+    view_of, look, columns = of_camera.view_of, of_camera.look, watched_columns(points)
     position, attitude = columns["camera_position"].start, columns["camera_attitude"].start
     centroid = MOTION["position"].start
     twist, image = columns["camera_twist"].start, columns["image"].start

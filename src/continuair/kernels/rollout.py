@@ -1,4 +1,4 @@
-"""Kernels that fly: a whole roll-out per thread, with a law or without one, and single rates."""
+"""Kernels of roll-outs, one per thread, with or without a control law, and of single rates."""
 
 from typing import Any
 
@@ -24,14 +24,14 @@ def rollout_kernel(
     method: str = "RK4",
     name: str = "rollout",
 ) -> Any:
-    """The kernel `rollout` of a model under a pilot; log_row: of kernels/logs.py.
+    """Return the kernel `rollout` of a model under a controller; log_row: of kernels/logs.py.
 
-    name: of the kernel and its module, which has to tell pilots apart whose numbers differ by less
-    than single precision holds, by which Warp tells modules.
+    name: of the kernel and its module. It must distinguish controllers whose constants differ by
+    less than single precision, because Warp does not.
 
-    log: (runs, samples, columns). status, last_step: (runs,), how a run ended and at which step.
-    saturation: (runs, 1), the most that rotors were asked for beyond their limits as a step began,
-    in parts of these.
+    log: (runs, samples, columns). status, last_step: (runs,), how and at which step a run stopped.
+    saturation: (runs, 1), the largest demand of thrust beyond the rotors' limits at the start of a
+    step, as a share of their range.
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
@@ -128,7 +128,7 @@ def rollout_kernel(
 
 
 def derivative_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
-    """The kernel `derivative` of a model: rates of states, under one row of inputs."""
+    """Return the kernel `derivative` of a model: rates of states for one row of inputs."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     stepping, begins = stepping_code(numbers, tree), arguments(numbers.precision)
     code, Cell, Real, Push = number_code(numbers), types.Cell, types.Real, types.Push

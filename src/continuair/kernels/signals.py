@@ -1,4 +1,4 @@
-"""Device code that evaluates signals: inputs at a time, and how far a step may reach over them."""
+"""Device code of signals: their values at a time, and the longest step over them."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -12,10 +12,13 @@ from continuair.device.single import BITS
 
 @dataclass(frozen=True)
 class SignalCode:
-    """Signals, a struct of kernel arguments. evaluate(signals, table, run, time, left) writes the
-    values at a time into row 0 of a table (1, runs, columns); left: 1.0 for the limit from the left
-    at a break. longest(signals, run, time) is the longest step from a time, next_break(signals,
-    run, index) the break of an index, and infinity after the last."""
+    """Signals, a struct of kernel arguments, and its functions.
+
+    evaluate(signals, table, run, time, left) writes the values at a time into row 0 of a table (1,
+    runs, columns); left: 1.0 for the left limit at a breakpoint. longest(signals, run, time):
+    longest step from a time. next_break(signals, run, index): breakpoint of an index, 1e30 after
+    the last.
+    """
 
     Signals: Any
     evaluate: Any
@@ -25,19 +28,19 @@ class SignalCode:
 
 @cache
 def signal_struct(precision: str) -> Any:
-    """The struct `Signals` of one precision."""
+    """Return the struct `Signals` of one precision."""
     Cell = getattr(wp, precision)
 
     @wp.struct
     class Signals:
-        """Tracks of signals with pieces of their own, which are added up in columns of a table.
+        """Tracks of piecewise signals, which are added in columns of a table.
 
-        index (runs or 1, tracks, 2): first piece of a run's track, and how many it has. kinds
-        (tracks, 3): terms of a polynomial, columns, and the first of these in `columns`. driven:
-        all columns that tracks are added to. edges (pieces, 2): start and end [s]. offsets
-        (pieces,): of each piece's first coefficient. breaks: times at which steps end [s], of a run
-        from break_index (runs or 1, 2) on, as many as that says. cursor (runs, tracks): the piece
-        that was evaluated last.
+        index (runs or 1, tracks, 2): first piece of a run's track, and number of pieces. kinds
+        (tracks, 3): terms of a polynomial, number of columns, and index of the first in `columns`.
+        driven: all columns to which tracks are added. edges (pieces, 2): start and end [s]. offsets
+        (pieces,): of each piece's first coefficient. breaks: breakpoints [s]; break_index (runs or
+        1, 2): first breakpoint of a run, and their number. cursor (runs, tracks): the piece
+        evaluated last.
         """
 
         index: wp.array3d(dtype=wp.int32)
@@ -56,7 +59,7 @@ def signal_struct(precision: str) -> Any:
 
 @cache
 def signal_code(numbers: Numbers) -> SignalCode:
-    """The functions of one kind of numbers: of a run, or of packs, in which each run has a time."""
+    """Return the functions for one kind of numbers; in packs each run has its own time."""
     code, Signals = number_code(numbers), signal_struct(numbers.precision)
     Cell, Real = code.Cell, code.Real
     packed = numbers.lanes > 1
@@ -66,8 +69,8 @@ def signal_code(numbers: Numbers) -> SignalCode:
     def lane(name: str) -> str:
         return f"{name}.v[i]" if packed else name
 
-    # A run's row of the index, and the piece of a track that holds a time: it moves on from the
-    # one before, and so does not depend on it.
+    # A run's row of the index, and the piece of a track that contains a time. The search starts at
+    # the previous piece; the result does not depend on it.
     find = (
         " int runs = signals.cursor.shape[0], tracks = signals.kinds.shape[0];"
         f" for (int i = 0; i < {many}; ++i) {{"
@@ -101,7 +104,7 @@ def signal_code(numbers: Numbers) -> SignalCode:
         signals: Signals, table: wp.array3d(dtype=Cell), run: int, time: Real, before: Real
     ): ...
 
-    # A step covers its own piece at most, and no farther than the next one.
+    # A step is at most as long as its own piece, and ends within the next one at most.
     @wp.func_native(
         f" {pack} out(({number})1e30);"
         + find

@@ -1,9 +1,9 @@
-"""Kernels of derivatives: of the end of every step of a flight, and of tips, in dual numbers.
+"""Kernels of derivatives of step ends, and of tips, in dual numbers.
 
-Directions come in this order: the inputs, held during a step, by their columns; the state that a
-step begins with, or that a tip is of; for `independent` the start, of which it keeps a part; and
-the fields of the vehicle, whose derivatives of plants and polynomials come with these. States are
-those of a log, bends in 1/m, and their attitude is followed in all of its four numbers.
+Directions are, in this order: the columns of inputs, constant during a step; the state at the start
+of a step, or of a tip; for the model "independent" the initial state; and the fields of the
+vehicle, through derivatives of plants and polynomials. States are those of a log, with bends in 1/m
+and all four numbers of the attitude.
 """
 
 from dataclasses import dataclass
@@ -25,25 +25,25 @@ from continuair.vehicle.layout import Layout, columns
 
 @dataclass(frozen=True)
 class Directions:
-    """Where directions stand of a vehicle's layout and model; those of its fields come after."""
+    """Indices of directions for a layout and model; those of fields follow."""
 
     layout: Layout
     freezes: bool
 
     @property
     def state(self) -> slice:
-        """Of the state that a step begins with."""
+        """Return the directions of the state at the start of a step."""
         return slice(self.layout.inputs, self.layout.inputs + self.layout.state)
 
     @property
     def start(self) -> slice:
-        """Of the state that the flight begins with, where the model keeps some of it."""
+        """Return the directions of the initial state, if the model uses it."""
         first = self.state.stop
         return slice(first, first + self.layout.state * self.freezes)
 
 
 def tip_columns(arms: int) -> dict[str, slice]:
-    """Columns of what is known of tips, as a trajectory calls it, arm by arm."""
+    """Return the columns of tip quantities, named as in a trajectory, arm by arm."""
     return columns(
         [
             ("tip_position", 3 * arms),
@@ -55,7 +55,7 @@ def tip_columns(arms: int) -> dict[str, slice]:
 
 
 def _seeded_state(numbers: Numbers, tree: Tree) -> Any:
-    """The function that reads a logged state whose numbers are directions from `direction` on."""
+    """Return the function that reads a logged state, with directions from `direction` on."""
     types, seeded = device_types(numbers, tree), seeding()
     Cell, State, Bends = types.Cell, types.State, types.Bends
     of_sample, layout = number_code(numbers).of_sample, types.layout
@@ -77,9 +77,9 @@ def _seeded_state(numbers: Numbers, tree: Tree) -> Any:
 
 
 def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
-    """The kernel `step_slopes` of a model: derivatives (directions, steps, state) of steps' ends.
+    """Return the kernel `step_slopes`: derivatives (directions, steps, state) of steps' ends.
 
-    log: states (1, steps + 1, columns) at the starts of all steps; first: the step to begin with.
+    log: states (1, steps + 1, columns) at the starts of all steps; first: index of the first step.
     """
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     code, begins, pilot = number_code(numbers), arguments("float64"), no_pilot(numbers, tree)
@@ -123,7 +123,7 @@ def step_slopes_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
 
 
 def tip_slopes_kernel(numbers: Numbers, tree: Tree) -> Any:
-    """The kernel `tip_slopes`: derivatives (directions, samples, tip_columns) of tips.
+    """Return the kernel `tip_slopes`: derivatives (directions, samples, tip_columns) of tips.
 
     log: states (1, samples, columns).
     """

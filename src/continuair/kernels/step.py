@@ -1,4 +1,4 @@
-"""Device code of one time step, and of the branches of the paper's angles that are followed."""
+"""Device code of one time step, and of the followed branches of the paper's angles."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -28,16 +28,14 @@ STATUS = {
 
 @dataclass(frozen=True)
 class Stepping:
-    """Branch, a struct, and how it and a state go on; end_of gives the status of a state.
+    """Branch, a struct, and updates of branches and states; end_of returns the status of a state.
 
-    signed_of(branch, y, unit) holds, for the coordinates of each section, κ [1/m] and ψa on its
-    branch, or for a kind that has none of these the coordinates themselves; euler_of(branch) roll,
-    pitch and yaw. followed(branch, y, path, share, end) are the branches after a share of
-    a step that goes from y along a Path.
+    signed_of(branch, y, unit): κ [1/m] and ψa of each section on its branch, or the coordinates
+    themselves for other kinds. euler_of(branch): roll, pitch and yaw. followed(branch, y, path,
+    share, end): branches after a share of a step from y along a Path.
 
-    added(y, change) is a state after a change, of unit attitude; compensated(y, rest, change) is
-    that and what rounding has added to it, which the next change takes back; rest: from the change
-    before.
+    added(y, change): state after a change, with unit quaternion. compensated(y, rest, change): the
+    same with its rounding error, which the next change corrects; rest: previous rounding error.
     """
 
     Branch: Any
@@ -54,7 +52,7 @@ class Stepping:
 
 @cache
 def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
-    """What follows each step."""
+    """Return the updates after each step, for one kind of numbers and tree."""
     types, code, known = device_types(numbers, tree), number_code(numbers), elementary_code(numbers)
     Cell, Real, State, Bends = types.Cell, types.Real, types.State, types.Bends
     vec2, vec3, Along, tilt_of = types.vec2, types.vec3, types.Along, types.tilt_of
@@ -68,16 +66,19 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
     Q = types.layout.attitude.start
     zero, half, one, two = Real(0.0), Real(0.5), Real(1.0), Real(2.0)
     whole_turn = Real(2.0 * np.pi)
-    # The cosine of a radian, and the distance from zero [rad] of a vector that passes through it.
+    # cos(1 rad), and the largest distance from zero [rad] of a vector that passes through it.
     clear, columns = Real(float(np.cos(1.0))), types.layout.state
     through = Real(1e-5 if numbers.precision == "float32" else 1e-9)
     ok, not_finite, overbent = (Real(float(status)) for status in (OK, NOT_FINITE, OVERBENT))
 
     @wp.struct
     class Branch:
-        """(cos ψa, sin ψa) of each section on the signed branch followed, and its full turns; of
-        the triple of Euler angles followed (cos φ, sin φ), with the sections', (cos θ, sin θ),
-        (cos ψ, sin ψ), and the full turns of the three."""
+        """Followed branches.
+
+        direction, turns: (cos ψa, sin ψa) of each section on its signed branch, at last
+        (cos φ, sin φ), and full turns of ψa. pitch, yaw: (cos θ, sin θ), (cos ψ, sin ψ).
+        euler_turns: full turns of roll, pitch and yaw.
+        """
 
         direction: Along
         turns: PerSection
@@ -87,7 +88,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.struct
     class Path:
-        """A step: its change, and the slopes at its ends times its length."""
+        """A step: its change, and the slopes at both ends times its length."""
 
         change: State
         begins: State
@@ -104,7 +105,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def euler_of(branch: Branch):
-        """Roll, pitch and yaw, whole turns included."""
+        """Return roll, pitch and yaw, whole turns included."""
         roll = two_of(branch.direction, sections)
         within = vec3(
             angle_of(roll[1], roll[0]),
@@ -135,12 +136,12 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def product(a: vec2, b: vec2):
-        """a·b; wp.dot is rounded by how it was compiled."""
+        """Return a·b; the rounding of wp.dot depends on the compilation."""
         return a[0] * b[0] + a[1] * b[1]
 
     @wp.func
     def signed_of(branch: Branch, y: State, unit: Bends):
-        """κ and ψa of each section, ψa continuous."""
+        """Return κ and ψa of each section, with continuous ψa."""
         out = bends_of(y)
         for j in range(bends):
             out[j] = out[j] / unit[j]
@@ -153,7 +154,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def direction(found: vec2, side: Real, before: vec2):
-        """The direction of a vector, or the opposite for a side of -1; of none that before."""
+        """Return the direction of a vector times side, the previous one for a zero vector."""
         u = product(found, found)
         scale = side / wp.sqrt(above(u, zero, u, one))
         x = above(u, zero, found[0] * scale, before[0])
@@ -162,8 +163,11 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def turned_to(along: vec2, a: vec2, b: vec2):
-        """The direction after a vector has gone from a to b, straight on: it turns with the vector,
-        which keeps its side, but for one that begins at zero or passes through it."""
+        """Return the direction after a vector has moved from a to b in a straight line.
+
+        It rotates with the vector, on the same side, unless the vector starts at zero or passes
+        through it.
+        """
         crossed = wp.abs(a[0] * b[1] - a[1] * b[0])
         gone = b - a
         begun = above(product(a, a), through * through, zero, one)
@@ -178,7 +182,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def turns_between(before: vec2, after: vec2):
-        """1 or -1 where a direction has turned past ±π, by less than half a turn."""
+        """Return 1 or -1 where a direction has passed ±π, in a rotation of less than π, else 0."""
         sense = before[0] * after[1] - before[1] * after[0]
         down = above(zero, after[1], above(zero, before[1], zero, one), zero)
         up = above(zero, before[1], above(zero, after[1], zero, one), zero)
@@ -186,15 +190,17 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def with_euler(branch: Branch, before: State, y: State):
-        """cos θ changes sign where the vertical passes through the body's x axis; roll, pitch and
-        yaw stay continuous."""
+        """Update the Euler angles: roll, pitch and yaw stay continuous.
+
+        cos θ changes sign where the vertical passes through the body's x axis.
+        """
         q = attitude_of(y)
         tilt = tilt_of(y)
         held = two_of(branch.direction, sections)
         roll = turned_to(held, tilt_of(before), tilt)
         side = above(zero, product(tilt, roll), -one, one)
         level = two * (q[3] * q[1] - q[0] * q[2])
-        # Of one product, for the same bits however it is compiled.
+        # From one product, for the same bits with any compilation.
         pitch = vec2(side * wp.sqrt(wp.max(zero, one - level * level)), level)
         heading = vec2(one - two * (q[1] * q[1] + q[2] * q[2]), two * (q[0] * q[1] + q[3] * q[2]))
         there = direction(heading, side, branch.yaw)
@@ -214,7 +220,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def with_bend(branch: Branch, section: int, before: vec2, bend: vec2):
-        """κ changes sign where a bend passes through straight; ψa stays continuous."""
+        """Update the branch of a bend: κ changes sign at bend 0, ψa stays continuous."""
         held = two_of(branch.direction, section)
         turned = turned_to(held, before, bend)
         branch.turns[section] = branch.turns[section] + turns_between(held, turned)
@@ -223,14 +229,14 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def doubtful(a: vec2, b: vec2):
-        """1 where a vector has turned by more than a radian."""
+        """Return 1 where a vector has rotated by more than a radian."""
         turned = product(a, b)
         limit = clear * clear * product(a, a) * product(b, b)
         return above(turned * wp.abs(turned), limit, zero, above(limit, zero, one, zero))
 
     @wp.func
     def nearest(a: vec2, b: vec2):
-        """Where between a and b a vector that goes straight on is nearest to zero, 0 to 1."""
+        """Return the share of the line from a to b, 0 to 1, that is nearest to zero."""
         gone = b - a
         square = product(gone, gone)
         share = -product(a, gone) / above(square, zero, square, one)
@@ -238,7 +244,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def on_path(path: Path, y: State, share: Real, wanted: Real):
-        """The state at a share of a step, where wanted, else y: on a cubic, by slopes and ends."""
+        """Return the state at a share of a step, on a cubic Hermite spline; y where not wanted."""
         s = share
         change = s * s * (Real(3.0) - two * s) * path.change
         change += s * (one - s) * ((one - s) * path.begins - s * path.ends)
@@ -250,9 +256,10 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def followed(branch: Branch, y: State, path: Path, share: Real, end: State):
-        """The branches at the end, a share of the step from y along the path.
+        """Return the branches at the end, a share of the step from y along the path.
 
-        A direction that turns far is followed by way of where its vector is nearest to zero.
+        A direction that rotates far is followed through the point where its vector is nearest to
+        zero.
         """
         begun = tilt_of(y)
         doubt = doubtful(begun, tilt_of(end))
@@ -275,7 +282,7 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def chosen(which: Real, x: Branch, y: Branch):
-        """x where which > 0, else y."""
+        """Return x where which > 0, else y."""
         out = y
         for i in range(sections + 1):
             for j in range(2):
@@ -291,8 +298,10 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def compensated(y: State, rest: State, change: State):
-        """Kahan's sum: places far from the origin change by less in a step than their last digit,
-        and so do velocities and attitudes."""
+        """Return the sum by Kahan's method, and its rounding error.
+
+        A change in one step can be smaller than the last digit of a position, velocity or attitude.
+        """
         whole = change - rest
         out = y + whole
         left = (out - y) - whole
@@ -321,14 +330,14 @@ def stepping_code(numbers: Numbers, tree: Tree) -> Stepping:
 
     @wp.func
     def end_of(y: State):
-        """The status that a state ends a run with, 0 if none."""
+        """Return the status with which a state stops a run, or 0."""
         return finite(wp.length_sq(y), within(y), not_finite)
 
     return holding(Stepping, locals())
 
 
 def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode) -> Any:
-    """The function `step`: what one step of RK4 of a model under a pilot adds to the state."""
+    """Return the function `step`: the change of the state in one step of RK4."""
     types = device_types(numbers, tree)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Pilot, push_at = flight_code(numbers, tree).Flight, pilot.Pilot, pilot.push_at
@@ -339,10 +348,10 @@ def step_code(numbers: Numbers, tree: Tree, dynamics: Dynamics, pilot: PilotCode
         i: int, time: Real, h: Real, y: State, along: Along, flight: Flight, pilot: Pilot,
         held: Push,
     ):  # fmt: skip
-        """The change of the state in step i, which starts at a time and lasts h."""
+        """Return the change of the state in step i, which starts at a time and lasts h."""
         k = State()
         total = State()
-        # A loop for the compiler, too: the rate's code stands there once.
+        # A loop that the compiler does not unroll: the code of the rate is compiled once.
         for stage in range(4 + wp.min(flight.stride, 0)):
             # At the start of the step, twice in its middle and at its end.
             ahead = (stage + 1) // 2

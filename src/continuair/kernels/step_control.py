@@ -1,4 +1,4 @@
-"""How long steps of an embedded pair are: structs of the kernel's arguments, and device code."""
+"""Step size control of an embedded pair: structs of kernel arguments, and device code."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -11,23 +11,22 @@ from continuair.device.types import Tree, device_types
 from continuair.kernels.embedded import stage_code
 
 GROWTH = (-0.3, 0.1)
-"""Exponents, times one over the order, of the error of this step and of the one before in the next
-step: gentle ones, as errors swing with a vibration."""
+"""Exponents, divided by the order, of the errors of this step and the previous one in the next step
+length. They are small, because errors oscillate with vibrations."""
 
 SAFETY, LEAST, MOST = 0.9, 0.2, 5.0
-"""Factor of a step's length that the error allows, and by what a step may differ from the last."""
+"""Safety factor of a step's length, and bounds of the ratio of successive lengths."""
 
 FIRST = 0.01
-"""Share of the allowed error that the first step is chosen for."""
+"""Share of the allowed error for which the first step is chosen."""
 
 SMALLEST_ERROR, LARGEST_ERROR = 1e-10, 1e10
-"""Errors, over what is allowed, between which they are told apart; those of no numbers are the
-largest."""
+"""Bounds of errors relative to the allowed error; NaN counts as the largest."""
 
 
 @dataclass(frozen=True)
 class ControlArguments:
-    """Structs of the kernel's arguments besides those of any roll-out."""
+    """Structs of kernel arguments for adaptive steps."""
 
     Method: Any
     Control: Any
@@ -36,13 +35,13 @@ class ControlArguments:
 
 @cache
 def control_arguments(precision: str) -> ControlArguments:
-    """The structs for one precision."""
+    """Return the structs for one precision."""
     Cell = getattr(wp, precision)
 
     @wp.struct
     class Method:
-        """A `Pair`: stages (S, S), nodes (S,), error (S,), dense (S, 4); exponents of the error of
-        this step, of the one before, and of a rejected one."""
+        """A `Pair`: stages (S, S), nodes (S,), error (S,), dense (S, 4); exponents of the errors of
+        this step, of the previous one, and of a rejected one."""
 
         stages: wp.array2d(dtype=Cell)
         nodes: wp.array(dtype=Cell)
@@ -54,10 +53,11 @@ def control_arguments(precision: str) -> ControlArguments:
 
     @wp.struct
     class Control:
-        """allowed (runs or 1, state), errors of a step in the kernels' units, which are `absolute`
-        in natural ones; relative, the share of a component that is added to these. longest (runs
-        or 1, 2): the first step and any [s]; begin: an error of the first step in allowed ones, to
-        the power of 1/order. most: steps of a run, rejected ones included."""
+        """Error control. allowed (runs or 1, state): allowed errors in kernel units, which are
+        `absolute` in natural units. relative: share of a component that is added. longest (runs or
+        1, 2): bounds of the first step and of all steps [s]. begin: target error of the first step,
+        relative to the allowed one, to the power 1/order. most: steps of a run, rejected included.
+        """
 
         allowed: wp.array2d(dtype=Cell)
         absolute: Cell
@@ -79,11 +79,13 @@ def control_arguments(precision: str) -> ControlArguments:
 
 @dataclass(frozen=True)
 class ControlCode:
-    """allowed_of(control, run): errors allowed in the components of a state. error_of(off, y, new,
-    allowed, relative): the largest error over what is allowed. first_of(rate, y, allowed, control):
-    a first step [s]. factor_of(error, before, rejected, good, method): of the next step.
-    stepped(trial, t, target): the step that is taken, a struct of its length, its end, and whether
-    it reaches the target."""
+    """Functions of step size control.
+
+    allowed_of(control, run): allowed errors of a state. error_of(off, y, new, allowed, relative):
+    largest error relative to the allowed one. first_of(rate, y, allowed, control): first step [s].
+    factor_of(error, before, rejected, good, method): factor of the next step. stepped(trial, t,
+    target): a struct of the step's length, its end, and whether it reaches the target.
+    """
 
     allowed_of: Any
     error_of: Any
@@ -94,7 +96,7 @@ class ControlCode:
 
 @cache
 def control_code(numbers: Numbers, tree: Tree) -> ControlCode:
-    """The functions for one kind of numbers and tree of arms."""
+    """Return the functions for one kind of numbers and tree of arms."""
     types, code, own = (
         device_types(numbers, tree),
         number_code(numbers),
@@ -110,7 +112,7 @@ def control_code(numbers: Numbers, tree: Tree) -> ControlCode:
 
     @wp.struct
     class Step:
-        """A step that is taken."""
+        """A step: length, end, and 1 if it reaches the target."""
 
         step: Real
         end: Real
@@ -125,7 +127,7 @@ def control_code(numbers: Numbers, tree: Tree) -> ControlCode:
 
     @wp.func
     def error_of(off: State, y: State, new: State, allowed: State, relative: Real):
-        """The largest error of a component, over what is allowed."""
+        """Return the largest error of a component, relative to the allowed one."""
         worst = zero
         for j in range(width):
             bound = allowed[j] + relative * wp.max(wp.abs(y[j]), wp.abs(new[j]))
@@ -135,7 +137,7 @@ def control_code(numbers: Numbers, tree: Tree) -> ControlCode:
 
     @wp.func
     def first_of(rate: State, y: State, allowed: State, control: Control):
-        """A first step: it changes the state by little."""
+        """Return a first step, which changes the state by little."""
         fastest = smallest
         for j in range(width):
             bound = allowed[j] + Real(control.relative) * wp.abs(y[j])
@@ -144,7 +146,7 @@ def control_code(numbers: Numbers, tree: Tree) -> ControlCode:
 
     @wp.func
     def factor_of(error: Real, before: Real, rejected: Real, good: Real, method: Method):
-        """The factor by which the next step is longer, or a rejected one is tried again."""
+        """Return the factor of the next step, or of the repetition of a rejected one."""
         grown = safety * power(error, method.own) * power(before, method.before)
         grown = wp.min(wp.max(grown, least), most)
         grown = above(rejected, half, wp.min(grown, one), grown)
@@ -153,9 +155,9 @@ def control_code(numbers: Numbers, tree: Tree) -> ControlCode:
 
     @wp.func
     def stepped(trial: Real, t: Real, target: Real):
-        """A step from a time towards a target: two that are left are of one length.
+        """Return a step from a time towards a target; the last two steps are equal.
 
-        Ends are numbers, and lengths their difference.
+        The length is the difference of the rounded times.
         """
         out = Step()
         left = target - t

@@ -1,4 +1,4 @@
-"""Device code of all that acts on a vehicle: the sum of its terms, none known here by name."""
+"""Device code of the sum of all terms of a vehicle."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,40 +16,44 @@ from continuair.kernels.load import load_code
 
 @dataclass(frozen=True)
 class Acting:
-    """The device functions of one term; None for those that it does not have.
+    """Device functions of one term; None for functions that it does not have.
 
-    Attributes
+    Parameters
     ----------
-    on_uav : wp.func
-        ``load(y, along, flight, row, push)`` of state, branches, run, row of inputs and push: the
-        `Load` on the UAV and the bends.
-    on_arm : callable
-        Of the index of an arm: the device function, as on_uav, of the load through that arm, on the
-        vehicle about B's origin and on the bends. Base reactions account for it.
-    rates : wp.func
-        ``rates(rate, y, flight, row, push)``: the rate of a state with those of the term's states.
-    excess : wp.func
-        ``excess(y, flight, row, push)``: the part of its range by which more is asked of it than it
-        gives.
-    misdirected : wp.func
-        ``misdirected(begun, end, along, flight, row)``: how far it may have moved the tip the wrong
-        way in a step [arm lengths].
-    energy : wp.func
-        ``energy(y, flight, row)``: its potential energy [J].
+    on_uav : wp.Function, optional
+        ``load(y, along, flight, row, push) -> Load``, from state, followed branches, run, row of
+        inputs and actuator wrench: generalised force on the UAV and the bends.
+    on_arm : callable, optional
+        Function of the index of an arm that returns a device function as `on_uav`, of the force
+        through that arm, about B's origin. Base reactions include it.
+    rates : wp.Function, optional
+        ``rates(rate, y, flight, row, push)``: rate of the state, with the rates of the term's own
+        states filled in.
+    excess : wp.Function, optional
+        ``excess(y, flight, row, push)``: demand beyond the limits of the term, as a share of their
+        range.
+    misdirected : wp.Function, optional
+        ``misdirected(begun, end, along, flight, row)``: bound of the tip error in a step from a
+        wrong direction of the force [arm lengths].
+    energy : wp.Function, optional
+        ``energy(y, flight, row)``: potential energy [J].
     """
 
-    on_uav: Any = None
-    on_arm: Callable[[int], Any] | None = None
-    rates: Any = None
-    excess: Any = None
-    misdirected: Any = None
-    energy: Any = None
+    on_uav: wp.Function | None = None
+    on_arm: Callable[[int], wp.Function] | None = None
+    rates: wp.Function | None = None
+    excess: wp.Function | None = None
+    misdirected: wp.Function | None = None
+    energy: wp.Function | None = None
 
 
 @dataclass(frozen=True)
 class ActingCode:
-    """load_of(y, along, flight, row, push), all that acts; load_on_arm(arm), the function of what
-    acts through an arm. The rest as in Acting, of all terms; None where no term has any."""
+    """Sums over all terms.
+
+    load_of(y, along, flight, row, push): total load. load_on_arm(arm): function of the total load
+    through an arm. The other fields are those of Acting, combined; None if no term has any.
+    """
 
     Load: Any
     load_of: Any
@@ -61,7 +65,7 @@ class ActingCode:
 
 @cache
 def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
-    """The sums; frozen_arm: what acts on an arm finds its base where it was at the start."""
+    """Return the sums; frozen_arm: loads act on an arm whose base stays at its initial pose."""
     types, loads = device_types(numbers, tree), load_code(numbers, tree)
     State, Push, Along = types.State, types.Push, types.Along
     Flight, Load, plus = flight_code(numbers, tree).Flight, loads.Load, loads.plus
@@ -126,7 +130,7 @@ def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
 
 
 def _folded(joined: Callable[[Any, Any], Any], functions: list[Any]) -> Any:
-    """One function of several, None of none."""
+    """Return several functions combined into one, or None."""
     found = None
     for each in functions:
         if each is not None:

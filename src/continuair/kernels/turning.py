@@ -1,4 +1,4 @@
-"""The kernel that looks for turns of logged tips, between samples, that may lose Euler angles."""
+"""Kernel that detects rotations of logged tips too large for Euler angles to be followed."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from continuair.vehicle.layout import TIP_POSE
 
 
 def turning_kernel(Real: Any) -> Any:
-    """The kernel `look_for_turns`: 1 per run with a turn too large for its pitch, else 0."""
+    """Return the kernel `look_for_turns`: 1 for a run with a rotation too large for its pitch."""
     quat = wp.types.quaternion(Real)
     Q = TIP_POSE["attitude"].start
     one, four, share = Real(1.0), Real(4.0), Real(SHARE)
@@ -26,13 +26,13 @@ def turning_kernel(Real: Any) -> Any:
 
     @wp.func
     def level(tip: quat):
-        """cos² of the pitch, of the tip as of R_tip diag(1, -1, -1)."""
+        """Return cos² of the pitch of the tip, which is that of R_tip diag(1, -1, -1)."""
         sine = tip[3] * tip[1] - tip[0] * tip[2]
         return one - four * sine * sine
 
     @wp.kernel(enable_backward=False, module="unique", module_options=OPTIONS)
     def look_for_turns(log: wp.array3d(dtype=Real), found: wp.array(dtype=wp.int32)):
-        """See vehicle/following.py, which decides about the runs that are found."""
+        """Mark runs for the exact check of vehicle/following.py."""
         run = wp.tid()
         before = attitude(log, run, 0)
         for i in range(1, log.shape[1]):

@@ -1,4 +1,4 @@
-"""Device code of the wind, for whatever is in it."""
+"""Device code of the wind."""
 
 from functools import cache
 from typing import Any
@@ -13,7 +13,7 @@ from continuair.vehicle.layout import AIR
 
 @cache
 def wind_code(numbers: Numbers, tree: Tree) -> Any:
-    """The function wind_at(flight, row), world axes [m/s]."""
+    """Return the function wind_at(flight, row), the wind in world axes [m/s]."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     vec3, three_of = types.vec3, types.three_of
     wind = types.layout.of_input["wind"].start

@@ -1,7 +1,7 @@
-"""Named excitations of a sweep: constant, sine or chirp on one channel, or a test's inputs.
+"""Excitations by name: constant, sine or chirp on one channel, or the inputs of a test.
 
-Those that are `vectorised` take a column of times (times, 1) as well as a number, and return
-(times, runs or 1, width): thousands of flights ask for millions of values.
+Functions that are `vectorised` also accept a column of times (times, 1) and return
+(times, runs or 1, width), as a sweep needs millions of values.
 """
 
 from __future__ import annotations
@@ -13,21 +13,20 @@ import numpy as np
 
 from continuair import extensions
 from continuair.errors import InputError, shown
+from continuair.typing import Array
 from continuair.vehicle.layout import CHANNELS, OF_NAME, ONE_SECTION, Layout
 
-Array = np.ndarray
 
-
-def is_vectorised(function: Any) -> bool:
-    """Whether a function of time takes a column of times."""
+def is_vectorised(function: object) -> bool:
+    """Return whether a function of time accepts a column of times."""
     return bool(getattr(function, "vectorised", False))
 
 
 @dataclass(frozen=True)
 class Wave:
-    """amplitude · sin(2π (f₀ t + (f₁ - f₀) t² / 2T) + phase) on one component of an input.
+    """Return amplitude · sin(2π (f₀ t + (f₁ - f₀) t² / 2T) + phase) on one component of an input.
 
-    Parameters are numbers, or arrays over runs; the value at t is then a row per run.
+    Fields are numbers, or arrays over runs; the value at t then has a row per run.
     """
 
     width: int
@@ -50,7 +49,7 @@ class Wave:
 
 @dataclass(frozen=True)
 class Scaled:
-    """A function of time times an amplitude, a number or an array over runs."""
+    """Multiply a function of time by an amplitude: a number, or an array over runs."""
 
     function: Any
     amplitude: Any
@@ -60,13 +59,13 @@ class Scaled:
 
     @property
     def vectorised(self) -> bool:
-        """As the function."""
+        """Whether the function is vectorised."""
         return is_vectorised(self.function)
 
 
 @dataclass(frozen=True)
 class Shared:
-    """A wave of one component on several, each by its share (width,), or (runs, width)."""
+    """Distribute a wave over several components by factors (width,) or (runs, width)."""
 
     wave: Wave
     shares: Array
@@ -79,7 +78,7 @@ class Shared:
 
 @dataclass(frozen=True)
 class Swelling:
-    """A function of time that swells from nothing, smoothly, until a time [s]."""
+    """Ramp a function of time smoothly from 0 to its full value at `until` [s]."""
 
     function: Any
     until: float
@@ -90,13 +89,13 @@ class Swelling:
 
     @property
     def vectorised(self) -> bool:
-        """As the function."""
+        """Whether the function is vectorised."""
         return is_vectorised(self.function)
 
 
 @dataclass(frozen=True)
 class Offset:
-    """A function of time plus a constant."""
+    """Add a constant to a function of time."""
 
     function: Any
     constant: Any
@@ -106,22 +105,22 @@ class Offset:
 
     @property
     def vectorised(self) -> bool:
-        """As the function."""
+        """Whether the function is vectorised."""
         return is_vectorised(self.function)
 
 
 def plus(excitation: Any, constant: Any) -> Any:
-    """Return the sum of an input of a scenario and a constant; None is none."""
+    """Return the sum of a scenario's input and a constant; None counts as zero."""
     if excitation is None or constant is None:
         return constant if excitation is None else excitation
     return Offset(excitation, constant) if callable(excitation) else excitation + constant
 
 
 def inputs(fields: dict[str, Any], layout: Layout) -> dict[str, Any]:
-    """Fields of a `Scenario` that excite it, from those of a scenario table over runs.
+    """Return the inputs of a `Scenario` from the fields of a scenario table over runs.
 
-    layout: of the vehicle; on its bends and tips, the first section and the first arm are excited.
-    Raises InputError for a test of the paper on a vehicle that is not the paper's.
+    layout: of the vehicle. The channels are those of the first section and the first arm. Raises
+    InputError for a test of the paper if the vehicle does not have one arm of one section.
     """
     if fields["test"] is not None:
         if layout.widths != ONE_SECTION.widths:
@@ -146,6 +145,7 @@ def inputs(fields: dict[str, Any], layout: Layout) -> dict[str, Any]:
 
 
 def _test_inputs(fields: dict[str, Any]) -> dict[str, Any]:
+    """Return the inputs of a named open-loop test, scaled by the amplitude."""
     test = extensions.scenario("open_loop_test")(fields["test"], fields["f1"])
     amplitude = fields["amplitude"]
     found: dict[str, Any] = {"tip_wrench_sign": test.tip_wrench_sign}

@@ -1,13 +1,14 @@
-"""The letters M, R, A, L as strokes in a box of height 1, each drawn without lifting the pen."""
+"""The letters M, R, A and L as single strokes in a box of height 1."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from continuair.errors import InputError, shown
+from continuair.typing import Array
 
 GAP = 0.25
-"""Space between the letters of a word, in heights."""
+"""Space between the letters of a word, in letter heights."""
 
 _STRAIGHT = {
     "M": [(0.0, 0.0), (0.0, 1.0), (0.4, 0.35), (0.8, 1.0), (0.8, 0.0)],
@@ -16,11 +17,29 @@ _STRAIGHT = {
 }
 
 LETTERS = ("M", "R", "A", "L")
-"""The letters that can be written."""
+"""Available letters."""
 
 
-def strokes(text: str, corners_per_arc: int) -> np.ndarray:
-    """Corners (n, 2) of a word's strokes, in heights; raises InputError for other letters."""
+def strokes(text: str, corners_per_arc: int) -> Array:
+    """Return the corners of a word's strokes.
+
+    Parameters
+    ----------
+    text : str
+        One or more of the letters M, R, A and L, in either case.
+    corners_per_arc : int
+        Corners of the polyline that replaces the arc of an R.
+
+    Returns
+    -------
+    ndarray, shape (n, 2)
+        Corners in letter heights, in drawing order. The word starts at the origin and runs along x.
+
+    Raises
+    ------
+    InputError
+        If `text` is empty or has another letter.
+    """
     if not isinstance(text, str) or not text or any(c.upper() not in LETTERS for c in text):
         raise InputError(f"text is {shown(text)}; use the letters {', '.join(LETTERS)}.")
     written, edge = [], 0.0
@@ -31,8 +50,8 @@ def strokes(text: str, corners_per_arc: int) -> np.ndarray:
     return np.concatenate(written)
 
 
-def _r(corners_per_arc: int) -> np.ndarray:
-    """A straight stem, a bowl that is half a circle, and an inclined leg."""
+def _r(corners_per_arc: int) -> Array:
+    """Return a straight stem, a semicircular bowl and an inclined leg."""
     angle = np.linspace(np.pi / 2, -np.pi / 2, corners_per_arc)
     bowl = np.column_stack([0.4 + 0.25 * np.cos(angle), 0.75 + 0.25 * np.sin(angle)])
     return np.vstack([[(0.0, 0.0), (0.0, 1.0)], bowl, [(0.25, 0.5), (0.65, 0.0)]])

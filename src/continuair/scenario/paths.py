@@ -1,35 +1,50 @@
-"""Paths of a target's centroid: position, velocity and acceleration, all bounded and continuous."""
+"""Paths of a target's centroid with bounded, continuous acceleration."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
 from continuair.scenario.letters import LETTERS, strokes
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.fields import is_title
 
-Array = np.ndarray
-
 SMOOTHING = 0.04
-"""Time spent in each rounded corner, as a share of the duration."""
+"""Time spent in each rounded corner, as a fraction of the duration."""
 
 _CORNERS_PER_ARC = 48
 
 
 @dataclass(frozen=True)
 class Path(Immutable):
-    """A motion over `duration` [s]; calling it with times (n,) gives three arrays (n, 3).
+    """A motion over a duration.
 
-    They are position [m], velocity [m/s] and acceleration [m/s²] in world axes. Beyond the duration
-    lines, polylines, letters and words stay where they ended; what is given by a formula, circles,
-    Lissajous figures and functions, goes on.
+    Calling it with times (n,) returns position [m], velocity [m/s] and acceleration [m/s²], each
+    (n, 3) in world axes.
+
+    Parameters
+    ----------
+    name : str
+        Name of the path, one line of text.
+    duration : float
+        Duration [s], above 0.
+    motion : callable
+        Function of times (n,) that returns position, velocity and acceleration, each (n, 3).
+
+    Raises
+    ------
+    InputError
+        If a field cannot be used.
+
+    Notes
+    -----
+    After their duration, lines, polylines, letters and words stay at their last point. Circles,
+    Lissajous figures and functions continue.
     """
 
     name: str
@@ -43,21 +58,34 @@ class Path(Immutable):
             raise InputError(f"motion is {shown(self.motion)}; give a function of the time alone.")
         object.__setattr__(self, "duration", checks.positive("duration", self.duration, " [s]"))
 
-    def __call__(self, times: Any) -> tuple[Array, Array, Array]:
+    def __call__(self, times: ArrayLike) -> tuple[Array, Array, Array]:
         if not checks.means_numbers(times):
             raise InputError(f"times is {shown(times)}; give numbers [s], none of them masked.")
         # A copy, as a motion may change its times in place.
         found = self.motion(np.array(times, float, ndmin=1))
         if isinstance(found, tuple) and not checks.means_numbers(found):
             raise InputError(
-                f"motion of the path {self.name} holds a truth value, a masked entry or a unit; "
-                "return numbers, in SI units, at every time."
+                f"motion of the path {self.name} returns booleans, masked entries or units; "
+                "return numbers in SI units."
             )
         return found
 
 
-def hold(position: Any = (0.0, 0.0, 0.0), duration: float = 50.0) -> Path:
-    """Stay at a position (3,) [m]."""
+def hold(position: ArrayLike = (0.0, 0.0, 0.0), duration: float = 50.0) -> Path:
+    """Stay at one position.
+
+    Parameters
+    ----------
+    position : array_like, shape (3,), optional
+        Position in world axes [m].
+    duration : float, optional
+        Duration [s].
+
+    Returns
+    -------
+    Path
+        The path.
+    """
     at = checks.vector("position", position, 3)
 
     def motion(t: Array) -> tuple[Array, Array, Array]:
@@ -68,12 +96,31 @@ def hold(position: Any = (0.0, 0.0, 0.0), duration: float = 50.0) -> Path:
 
 
 def circle(
-    radius: float = 0.4, period: float = 20.0, centre: Any = (0.0, 0.0, 0.0), duration: float = 50.0
+    radius: float = 0.4,
+    period: float = 20.0,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    duration: float = 50.0,
 ) -> Path:
-    """Run round a horizontal circle [m] once per period [s], anticlockwise from +x.
+    """Move along a horizontal circle, anticlockwise from +x.
 
-    It goes on beyond the duration.
+    Parameters
+    ----------
+    radius : float, optional
+        Radius [m].
+    period : float, optional
+        Time of one revolution [s].
+    centre : array_like, shape (3,), optional
+        Centre in world axes [m].
+    duration : float, optional
+        Duration [s]; the motion continues after it.
 
+    Returns
+    -------
+    Path
+        The path.
+
+    Examples
+    --------
     >>> place, velocity, acceleration = ca.paths.circle(0.5, period=20.0)([0.0])
     >>> place.tolist()
     [[0.5, 0.0, 0.0]]
@@ -84,16 +131,34 @@ def circle(
 
 
 def lissajous(
-    amplitudes: Any = (0.4, 0.4),
-    ratios: Any = (1, 2),
-    phases: Any = (0.0, 0.0),
+    amplitudes: ArrayLike = (0.4, 0.4),
+    ratios: ArrayLike = (1, 2),
+    phases: ArrayLike = (0.0, 0.0),
     period: float = 20.0,
-    centre: Any = (0.0, 0.0, 0.0),
+    centre: ArrayLike = (0.0, 0.0, 0.0),
     duration: float = 50.0,
 ) -> Path:
-    """x and y oscillate with amplitudes [m], `ratios` times per period [s], from phases [rad].
+    """Move along a horizontal Lissajous figure.
 
-    They go on beyond the duration.
+    Parameters
+    ----------
+    amplitudes : array_like, shape (2,), optional
+        Amplitudes of x and y [m].
+    ratios : array_like, shape (2,), optional
+        Oscillations of x and y per period.
+    phases : array_like, shape (2,), optional
+        Phases of the sines at t = 0 [rad].
+    period : float, optional
+        Period [s].
+    centre : array_like, shape (3,), optional
+        Centre in world axes [m].
+    duration : float, optional
+        Duration [s]; the motion continues after it.
+
+    Returns
+    -------
+    Path
+        The path.
     """
     a, n, phase = (
         checks.vector(name, value, 2)
@@ -111,39 +176,75 @@ def lissajous(
     return Path("lissajous", checks.positive("duration", duration), motion)
 
 
-def line(start: Any, end: Any, duration: float = 50.0, smoothing: float = SMOOTHING) -> Path:
-    """Go from start to end (3,) [m], from rest to rest, and stay there."""
+def line(
+    start: ArrayLike, end: ArrayLike, duration: float = 50.0, smoothing: float = SMOOTHING
+) -> Path:
+    """Move along a straight line from rest to rest, and stay at its end.
+
+    Parameters
+    ----------
+    start, end : array_like, shape (3,)
+        Ends in world axes [m].
+    duration : float, optional
+        Duration [s].
+    smoothing : float, optional
+        Time of starting and of stopping, as a fraction of the duration.
+
+    Returns
+    -------
+    Path
+        The path.
+    """
     ends = [checks.vector("start", start, 3), checks.vector("end", end, 3)]
     found = polyline(ends, duration, smoothing)
     return Path("line", found.duration, found.motion)
 
 
-def polyline(points: Any, duration: float = 50.0, smoothing: float = SMOOTHING) -> Path:
-    """Go along points (n, 2 or 3) [m] at constant speed, corners rounded, from rest to rest.
+def polyline(points: ArrayLike, duration: float = 50.0, smoothing: float = SMOOTHING) -> Path:
+    """Move along points at constant speed with rounded corners, from rest to rest.
 
-    It stays at the last one. smoothing: time spent in each corner, as a share of the duration. The
-    velocity along the corners is convolved with a quadratic B-spline, so that the acceleration has
-    a bounded slope.
+    Parameters
+    ----------
+    points : array_like, shape (n, 2) or (n, 3)
+        Corners in world axes [m]. The path stays at the last one.
+    duration : float, optional
+        Duration [s].
+    smoothing : float, optional
+        Time spent in each corner, as a fraction of the duration, above 0 and below 1.
+
+    Returns
+    -------
+    Path
+        The path.
+
+    Raises
+    ------
+    InputError
+        If a point repeats the one before, or `smoothing` is out of range.
+
+    Notes
+    -----
+    The velocity of the sharp-cornered motion is convolved with a quadratic B-spline, so that the
+    acceleration has a bounded slope.
     """
     corners, duration = _points(points), checks.positive("duration", duration)
     if not checks.is_number(smoothing) or not 0.0 < smoothing < 1.0:
         raise InputError(
-            f"smoothing is {shown(smoothing)}, but must lie between 0 and 1: sharp corners would "
-            "need unbounded acceleration; give a share of the duration, such as "
-            f"{SMOOTHING}."
+            f"smoothing is {shown(smoothing)}; give a fraction of the duration above 0 and below "
+            f"1, such as {SMOOTHING}."
         )
     width = smoothing * duration
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     if not (lengths > 0.0).all():
         raise InputError(
-            f"points repeats the point {corners[1:][lengths == 0.0][0].tolist()}; leave out "
-            "points that are the same as the one before."
+            f"points repeats {corners[1:][lengths == 0.0][0].tolist()}; leave out points equal to "
+            "the one before."
         )
     times = width / 2 + np.append(0.0, np.cumsum(lengths) / lengths.sum()) * (duration - width)
     velocities = np.diff(corners, axis=0) / np.diff(times)[:, None]
     rest = np.zeros((1, 3))
     jumps = np.diff(np.vstack([rest, velocities, rest]), axis=0)
-    # Corners closer together than the smoothing are one smooth curve.
+    # Corners closer together than the smoothing merge into one smooth curve.
     return Path("polyline", duration, lambda t: _rounded(t, corners, times, jumps, width))
 
 
@@ -151,10 +252,34 @@ def letter(
     name: str,
     height: float = 0.8,
     duration: float = 50.0,
-    centre: Any = (0.0, 0.0, 0.0),
+    centre: ArrayLike = (0.0, 0.0, 0.0),
     smoothing: float = SMOOTHING,
 ) -> Path:
-    """Write one of the letters M, R, A, L, `height` [m] high, in the world's xy plane."""
+    """Write one of the letters M, R, A and L in the world's xy plane.
+
+    Parameters
+    ----------
+    name : {"M", "R", "A", "L"}
+        The letter, in either case.
+    height : float, optional
+        Height of the letter [m].
+    duration : float, optional
+        Duration [s].
+    centre : array_like, shape (3,), optional
+        Centre in world axes [m].
+    smoothing : float, optional
+        As in `polyline`.
+
+    Returns
+    -------
+    Path
+        The path.
+
+    Raises
+    ------
+    InputError
+        If `name` is no such letter.
+    """
     if not isinstance(name, str) or len(name) != 1 or name.upper() not in LETTERS:
         raise InputError(
             f"letter is {shown(name)}; give one of the letters {', '.join(LETTERS)} (paths.word "
@@ -167,10 +292,34 @@ def word(
     text: str,
     height: float = 0.8,
     duration: float = 50.0,
-    centre: Any = (0.0, 0.0, 0.0),
+    centre: ArrayLike = (0.0, 0.0, 0.0),
     smoothing: float = SMOOTHING,
 ) -> Path:
-    """Write letters in a row, duration [s] and the rest as in `letter`, centred in the plane."""
+    """Write letters in a row in the world's xy plane.
+
+    Parameters
+    ----------
+    text : str
+        One or more of the letters M, R, A and L.
+    height : float, optional
+        Height of a letter [m].
+    duration : float, optional
+        Duration of the whole word [s].
+    centre : array_like, shape (3,), optional
+        Centre of the word in world axes [m].
+    smoothing : float, optional
+        As in `polyline`.
+
+    Returns
+    -------
+    Path
+        The path.
+
+    Raises
+    ------
+    InputError
+        If `text` has another letter.
+    """
     corners = checks.positive("height", height) * strokes(text, _CORNERS_PER_ARC)
     middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
     flat = np.column_stack([corners - middle, np.zeros(len(corners))])
@@ -181,12 +330,28 @@ def word(
 def from_function(
     position: Callable[[float], ArrayLike], duration: float, name: str = "function"
 ) -> Path:
-    """Follow a function of time [s] that returns a position (3,) [m]; slopes by differences.
+    """Follow a function of time; derivatives are finite differences.
 
-    It is followed beyond the duration, too, where a flight looks for jumps alone. Raises InputError
-    if the acceleration has no bound: where second differences grow as they become finer, the path
-    has a corner or a jump; and for positions that are rounded to single precision, of which no
-    acceleration is left.
+    Parameters
+    ----------
+    position : callable
+        Function of the time [s] that returns a position (3,) in world axes [m].
+    duration : float
+        Duration [s].
+    name : str, optional
+        Name of the path.
+
+    Returns
+    -------
+    Path
+        The path. It continues after the duration.
+
+    Raises
+    ------
+    InputError
+        If the acceleration is unbounded: second differences grow as their step shrinks, as at
+        corners and jumps. Also if positions are rounded to single precision, which leaves no
+        usable acceleration.
     """
     duration = checks.positive("duration", duration)
     if not callable(position):
@@ -198,7 +363,7 @@ def from_function(
     h = 1e-4 * min(1.0, duration)
 
     def motion(t: Array) -> tuple[Array, Array, Array]:
-        # At the edges the differences are taken inside, where the function has values.
+        # At the ends, differences are taken inside the interval where the function is defined.
         c = np.where(t <= duration, np.clip(t, h, duration - h), t)
         before, here, after = at(c - h), at(c), at(c + h)
         velocity, acceleration = (after - before) / (2 * h), (after - 2 * here + before) / h**2
@@ -209,7 +374,8 @@ def from_function(
     return Path(name, duration, motion)
 
 
-def _evaluated(position: Callable[[float], Any], t: float) -> Array:
+def _evaluated(position: Callable[[float], ArrayLike], t: float) -> Array:
+    """Return the position (3,) at a time [s]; InputError if the function fails."""
     try:
         found = position(t)
     except Exception as error:  # whatever a user's function raises
@@ -222,8 +388,8 @@ def _evaluated(position: Callable[[float], Any], t: float) -> Array:
 
 
 def _check_bounded(position: Callable[[Array], Array], duration: float) -> None:
-    """Raise InputError if accelerations grow as the times at which they are taken get closer."""
-    # At a corner they double each time the step halves; one that is resolved keeps its value.
+    """Raise InputError if second differences grow as their time step shrinks."""
+    # At a corner they double each time the step halves; a bounded one converges.
     sharpest = []
     for count in (2000, 4000, 8000):
         t = np.linspace(0.0, duration, count)
@@ -231,34 +397,34 @@ def _check_bounded(position: Callable[[Array], Array], duration: float) -> None:
         sharpest.append(np.abs(second).max())
     if sharpest[2] > 1e-6 and sharpest[2] > 1.8 * sharpest[0]:
         raise InputError(
-            f"position has an acceleration without bound (it reaches {sharpest[2]:.3g} m/s² and "
-            "grows as the time steps shrink); round the path's corners."
+            f"position has unbounded acceleration ({sharpest[2]:.3g} m/s², growing as the time "
+            "step shrinks); round the path's corners."
         )
 
 
 def _check_precise(position: Callable[[Array], Array], h: float, duration: float) -> None:
-    """Raise InputError if differences h apart are mostly rounding, unlike those 4 h apart."""
+    """Raise InputError if differences over h are mostly rounding, compared with those over 4 h."""
     t = np.linspace(5.0 * h, duration - 5.0 * h, 301)
     here = position(t)
     near, far = (
         (position(t + each) - 2.0 * here + position(t - each)) / each**2 for each in (h, 4.0 * h)
     )
-    # An acceleration that jumps differs at a few of the times, rounding at most of them; where the
-    # path rests, or goes straight on, there is none.
+    # A jump of the acceleration changes a few of the differences, rounding most of them. Times at
+    # which the path rests or goes straight on have none.
     off = np.linalg.norm(near - far, axis=1)
     moving = off[np.any((near != 0.0) | (far != 0.0), axis=1)]
     noise = np.median(moving) if len(moving) >= 5 else 0.0
     if noise > max(0.01 * np.linalg.norm(far, axis=1).max(), 0.01):
         raise InputError(
-            f"position is rounded so coarsely that its acceleration is wrong by {noise:.2g} m/s²; "
-            "compute it in double precision, not far from the origin."
+            f"position is rounded too coarsely: its acceleration is wrong by {noise:.2g} m/s²; "
+            "compute it in double precision near the origin."
         )
 
 
 def _rounded(
     t: Array, corners: Array, times: Array, jumps: Array, width: float
 ) -> tuple[Array, Array, Array]:
-    """The piecewise linear motion, and near every corner what the B-spline adds to it."""
+    """Return the piecewise linear motion, plus the B-spline's correction near every corner."""
     order = np.argsort(t, kind="stable")
     t = t[order]
     at = np.column_stack([np.interp(t, times, column) for column in corners.T])
@@ -277,8 +443,8 @@ def _rounded(
 
 
 def _smooth_ramp(x: Array, width: float) -> tuple[Array, Array, Array]:
-    """max(x, 0) convolved with a quadratic B-spline of that width, and its two derivatives."""
-    h = np.float64(width) / 3.0  # its powers may be infinite, which a path is refused for
+    """Return max(x, 0) convolved with a quadratic B-spline of a width, and two derivatives."""
+    h = np.float64(width) / 3.0  # powers of it may overflow; `Target` refuses such a path
     parts = [
         (sign, np.maximum(x - (j - 1.5) * h, 0.0)) for j, sign in enumerate((1.0, -3.0, 3.0, -1.0))
     ]
@@ -292,7 +458,8 @@ def _smooth_ramp(x: Array, width: float) -> tuple[Array, Array, Array]:
         return ramp / (24.0 * h**3), step / (6.0 * h**3), bump / (2.0 * h**3)
 
 
-def _points(points: Any) -> Array:
+def _points(points: ArrayLike) -> Array:
+    """Return points (n, 3) from points (n, 2 or 3), or raise InputError."""
     rows = checks.finite_array(points)
     if rows is None or rows.ndim != 2 or rows.shape[1] not in (2, 3) or len(rows) < 2:
         raise InputError(f"points is {shown(points)}; give 2 or more points of 2 or 3 numbers [m].")

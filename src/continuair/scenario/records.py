@@ -1,4 +1,4 @@
-"""Dataclasses that users fill in, whose fields are checked before Python complains of them."""
+"""Dataclasses whose arguments are checked before Python's own TypeError."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _Record = TypeVar("_Record")
 
 
 def with_known_fields(called: str, remedy: str) -> Callable[[type[_Record]], type[_Record]]:
-    """Let a dataclass refuse unknown, missing and doubled fields by an InputError.
+    """Make a dataclass raise InputError for unknown, missing and repeated fields.
 
-    called: what messages call it, with its article; remedy: what to give.
+    called: name of the class in messages, with its article; remedy: end of those messages.
     """
 
     def decorated(record: type[_Record]) -> type[_Record]:

@@ -1,9 +1,9 @@
-"""Scenarios: how a flight starts, what acts on the vehicle over time, and for how long.
+"""Scenarios: initial state, inputs over time, and duration of a flight.
 
 Paper coordinates are q = [x y z roll pitch yaw kappa psi_a]: position [m], ZYX Euler angles [rad],
-bend [1/m] and its direction [rad], the last two of every section in turn, arm by arm from the base
-out, where a vehicle has more than one. An input is None, a constant or a function of the time [s];
-one row of it acts in all runs, and a leading dimension (runs,) gives each run its own.
+bend [1/m] and its direction [rad]. The last two repeat for every section, arm by arm from the
+base out. An input is None, a constant or a function of the time [s]; one row of it acts in all
+runs, and a leading dimension (runs,) gives each run its own.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ import dataclasses
 import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from continuair import checks
 from continuair.controllers.controller import Controller
@@ -25,12 +24,12 @@ from continuair.scenario.records import with_known_fields
 from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
 from continuair.scenario.wrench import FlightState, Wrench
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.arc import sections_of
 from continuair.vehicle.fields import is_title
 from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION, Layout
 
-Array = NDArray[np.float64]
-Input = ArrayLike | Callable[[float], ArrayLike] | None
+Input: TypeAlias = ArrayLike | Callable[[float], ArrayLike] | None
 
 _LARGEST_SEED = 2**63 - 1
 
@@ -41,90 +40,99 @@ _OF_TIP = OF_NAME["tip_wrench"].width(ONE_SECTION)
 _INPUTS = {
     field: ", ".join(OF_NAME[name].meaning for name in given) for field, given in FIELDS.items()
 }
-"""Field -> which numbers it holds."""
+"""Field -> meaning of its numbers."""
 
 
 @with_known_fields("a scenario", "give a name, q and fields by name")
 @dataclass(frozen=True, eq=False)
 class Scenario(Immutable):
-    """The initial state, the inputs and the duration of a flight; all are immutable.
+    """Initial state, inputs and duration of a flight.
 
-    Raises InputError, in one sentence, if a field cannot be used. Functions of time are evaluated
-    at t = 0 to see that they return finite numbers of the right shape.
+    Parameters
+    ----------
+    name : str
+        Name, for titles and provenance.
+    q : array_like, shape (8,) or (runs, 8)
+        Initial paper coordinates [m, rad, 1/m, rad]; of N sections, 6 + 2 N numbers.
+    qd : array_like, shape (8,) or (runs, 8), optional
+        Initial rates of the paper coordinates [per s]. Default: 0.
+    tau : array_like or callable, optional
+        Generalised forces conjugate to q, as many as q has [N, N m, N m², N m]; Eq. of motion,
+        Amiri et al. (2026): force in world axes, Euler-angle torques, Q_kappa and Q_psi_a.
+    force : array_like or callable, optional
+        Force at the UAV's centre of mass in world axes, shape (3,) [N].
+    moment : array_like or callable, optional
+        Moment on the UAV in body axes, shape (3,) [N m].
+    bend_moment : array_like or callable, optional
+        Generalised forces conjugate to the bend vectors, two per section [N m²].
+    tip_wrench : array_like or callable, optional
+        Force and moment at the tip in world axes, six per arm [N, N m].
+    wind : array_like or callable, optional
+        Velocity of the air in world axes, shape (3,) [m/s]. The vehicle must have drag.
+    rotor_command : array_like or callable, optional
+        Commanded thrust of each rotor [N]. Default without a controller: those that hold the
+        vehicle level at its start.
+    rotor_thrust : array_like, optional
+        Initial thrust of each rotor, or a row per run [N]. Default: `rotor_command` at the start,
+        or else the thrusts that hold the vehicle.
+    tip_wrench_sign : {1, -1}, optional
+        1: the wrench acts on the tip. -1: it acts reversed, as in the paper's equations.
+    duration : float, optional
+        Duration of the flight [s].
+    jumps : sequence of float, optional
+        Times inside the flight at which an input jumps; integration steps end there [s].
+    gravity : float, optional
+        Acceleration of gravity, along -z of the world [m/s²].
+    controller : Controller, optional
+        Feedback controller; the inputs above then act as disturbances.
+    control_period : float or None, optional
+        Time between controller updates [s]; its output is held in between. None: updates at every
+        stage of a step. A controller with its own period keeps that.
+    target : Target or sequence of Target, optional
+        Target of the camera, or one per run with the same points.
+    seed : int or sequence of int, optional
+        Seed of the noise of camera and sensors: one for all runs, or one per run.
+    setpoints : Setpoints, optional
+        Set-points of a flight controller. Default: the start.
+    force_callback : callable, optional
+        Python function f(t, state) that returns a `Wrench`, or several. They add to the inputs and
+        are held between calls. It is slow.
+    callback_rate : float, optional
+        Rate at which `force_callback` is called [Hz].
+
+    Raises
+    ------
+    InputError
+        If a field cannot be used.
+
+    Notes
+    -----
+    Fields are immutable. Functions of time are evaluated at t = 0, to check that they return finite
+    numbers of the right shape.
     """
 
     name: str
-    """the name of the scenario, for titles and provenance"""
-
     q: ArrayLike
-    """initial paper coordinates, shape (8,), or (runs, 8) for a batch [m, rad, 1/m, rad]; for N
-    sections 6 + 2 N numbers"""
-
     qd: ArrayLike | None = None
-    """initial rates of the paper coordinates, shape (8,) or (runs, 8) [per s]; 0 by default"""
-
     tau: Input = None
-    """generalised forces conjugate to q, shape (8,), as many as q has [N, N m, N m², N m]; Eq. of
-    motion, Amiri et al.: world axes for the force, Euler-angle torques, Q_kappa and Q_psi_a"""
-
     force: Input = None
-    """force at the UAV's centre of mass in world axes, shape (3,) [N]"""
-
     moment: Input = None
-    """moment on the UAV in body axes, shape (3,) [N m]"""
-
     bend_moment: Input = None
-    """generalised forces of the bend vector, shape (2,), or 2 for each section in turn [N m²]"""
-
     tip_wrench: Input = None
-    """force and moment at the tip in world axes, shape (6,), or 6 for each arm in turn [N, N m]"""
-
     wind: Input = None
-    """velocity of the air in world axes, shape (3,) [m/s]; the vehicle must have drag"""
-
     rotor_command: Input = None
-    """thrusts that the rotors are to give, one each [N]; without it and without a controller those
-    that hold the vehicle level at its start"""
-
     rotor_thrust: ArrayLike | None = None
-    """thrusts of the rotors at the start, one each, or a row per run [N]; by default those of
-    rotor_command then, and without it those that hold the vehicle"""
-
     tip_wrench_sign: int = 1
-    """1: the wrench acts on the tip; -1: as the paper's equations write it, it acts reversed"""
-
     duration: float = 1.0
-    """duration of the flight [s]"""
-
     jumps: tuple[float, ...] = ()
-    """times inside the flight at which an input jumps; integration steps end there [s]"""
-
     gravity: float = 9.81
-    """acceleration of gravity, along -z of the world [m/s²]"""
-
     controller: Controller | None = None
-    """closes the loop; the inputs above then disturb it. See continuair.controllers"""
-
     control_period: float | None = 1e-3
-    """the controller acts this often [s], its push held between; None: at every stage of a step; a
-    controller with a period of its own, such as a flight controller, keeps that"""
-
     target: Target | Sequence[Target] | None = None
-    """what the camera looks at: a Target, or one per run with as many points"""
-
     seed: int | Sequence[int] = 0
-    """seed of the noise of camera and sensors: one number, the same noise in all runs, or one per
-    run"""
-
     setpoints: Setpoints | None = None
-    """what a flight controller follows: continuair.Setpoints; the start by default"""
-
     force_callback: Callable[[float, FlightState], Wrench | Sequence[Wrench]] | None = None
-    """a Python function f(t, state) that returns a continuair.Wrench, or several; it adds to the
-    inputs, is held between calls, and is slow"""
-
     callback_rate: float = 1000.0
-    """how often force_callback is called [Hz]"""
 
     def __post_init__(self) -> None:
         if not is_title(self.name):
@@ -155,10 +163,11 @@ class Scenario(Immutable):
             object.__setattr__(self, name, value)
 
     def _check_loop(self) -> None:
+        """Raise InputError for a controller, target or set-points that cannot be used."""
         if self.controller is not None and not isinstance(self.controller, Controller):
             raise InputError(
                 f"controller is {shown(self.controller)}; give one of continuair.controllers, such "
-                "as servoing(...) or hold(...)."
+                "as servoing(...)."
             )
         if self.target is not None:
             object.__setattr__(self, "target", _checked_targets(self.target))
@@ -166,11 +175,12 @@ class Scenario(Immutable):
             self._check_setpoints()
         if self.controller is not None and self.controller.looks and not self.targets:
             raise InputError(
-                f"target is None, but the controller {self.controller.name} looks at one; give a "
+                f"target is None, but the controller {self.controller.name} needs one; give a "
                 "continuair.Target."
             )
 
     def _check_callback(self) -> None:
+        """Raise InputError for a `force_callback` that cannot be used."""
         if self.force_callback is None:
             return
         if not callable(self.force_callback):
@@ -180,11 +190,12 @@ class Scenario(Immutable):
             )
         if self.controller is not None:
             raise InputError(
-                f"force_callback is given beside the controller {self.controller.name}, but it "
-                "flies in open loop alone; write the force as a continuair.Term."
+                f"force_callback is given with the controller {self.controller.name}, but works "
+                "in open loop only; write the force as a continuair.Term."
             )
 
     def _check_setpoints(self) -> None:
+        """Raise InputError for set-points that the controller cannot follow."""
         if not isinstance(self.setpoints, Setpoints):
             raise InputError(
                 f"setpoints is {shown(self.setpoints)}; give continuair.Setpoints(position=...)."
@@ -194,19 +205,22 @@ class Scenario(Immutable):
             name = "None" if law is None else law.name
             raise InputError(
                 f"controller is {name}, which follows no setpoints; give "
-                "continuair.flight_controller(vehicle), or leave the setpoints out."
+                "continuair.flight_controller(vehicle), or omit setpoints."
             )
         held = law.gains.get("bend_limit")
         if self.setpoints.bend is not None and held is not None and not held.any():
             raise InputError(
-                f"setpoints hold a bend, which the controller {law.name} leaves free; "
-                "give it a bend_bandwidth above 0, or leave bend out."
+                f"setpoints has a bend, which the controller {law.name} does not control; "
+                "give it a bend_bandwidth above 0, or omit bend."
             )
 
     @property
     def period(self) -> float | None:
-        """How often the controller acts [s]: its own period, or control_period; None without one
-        and for one that acts at every stage of a step."""
+        """Time between controller updates [s].
+
+        The controller's own period, or else `control_period`. None without a controller, and for
+        one that updates at every stage of a step.
+        """
         if self.controller is None:
             return None
         own = self.controller.period
@@ -214,34 +228,56 @@ class Scenario(Immutable):
 
     @property
     def knots(self) -> Array:
-        """Times at which an input has a kink [s], where integration steps end: those of a wind."""
+        """Breakpoints of the wind [s], where integration steps end."""
         return np.array(getattr(self.wind, "knot_times", ()), float)
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """The targets, one for all runs or one per run; none without a target."""
+        """Targets as a tuple: none, one for all runs, or one per run."""
         if self.target is None:
             return ()
         return (self.target,) if isinstance(self.target, Target) else tuple(self.target)
 
     @property
     def sections(self) -> int:
-        """The number of sections of all arms, which q holds the bends of."""
+        """Number of sections of all arms, from the width of `q`."""
         return sections_of(self.q)
 
     @property
     def runs(self) -> int | None:
-        """The number of runs if a state or a constant input holds a row per run, else None."""
+        """Number of runs if a state or a constant input has a row per run, else None."""
         values = [getattr(self, name) for name in ("q", "qd", "rotor_thrust", *_INPUTS)]
         arrays = [value for value in values if isinstance(value, np.ndarray)]
         return next((len(array) for array in arrays if array.ndim == 2), None)
 
     def replace(self, **changes: Any) -> Scenario:
-        """Return a copy with some fields changed; raises InputError as the constructor does."""
+        """Return a copy with some fields changed.
+
+        Parameters
+        ----------
+        **changes : object
+            New values of fields.
+
+        Returns
+        -------
+        Scenario
+            The copy.
+
+        Raises
+        ------
+        InputError
+            If a field cannot be used.
+        """
         return dataclasses.replace(self, **changes)
 
-    def describe(self) -> dict[str, Any]:
-        """Return all fields as JSON can hold them, functions of time by their name."""
+    def describe(self) -> dict[str, object]:
+        """Return all fields for JSON.
+
+        Returns
+        -------
+        dict
+            Field to value; functions of time are given by name.
+        """
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         if self.force_callback is None:
             del fields["force_callback"], fields["callback_rate"]
@@ -255,12 +291,12 @@ def _finite_array(value: object) -> Array | None:
 
 
 def _is_rows(array: Array) -> bool:
-    """Tell whether an array is one row, or a row per run."""
+    """Return whether an array is one row, or a row per run."""
     return array.ndim in (1, 2) and array.size > 0
 
 
 def _state(field: str, value: object, width: int | None = None) -> Array:
-    """Coordinates of any number of sections, or as many numbers as those are."""
+    """Return coordinates of any number of sections, or rates of the given width."""
     array = _finite_array(value)
     if array is not None and _is_rows(array):
         found = array.shape[-1]
@@ -276,22 +312,22 @@ def _state(field: str, value: object, width: int | None = None) -> Array:
 
 
 def _fits(field: str, found: int, width: int) -> bool:
-    """Tell whether a field of an input holds as many numbers as coordinates of a width call for."""
+    """Return whether an input field has as many components as coordinates of a width need."""
     if field == "tip_wrench":
         return found % _OF_TIP == 0
     if field == "rotor_command":
-        return True  # the vehicle says how many there are
+        return True  # the number of rotors is checked with the vehicle
     return found == _width_of(field, width)
 
 
 def _width_of(field: str, width: int) -> int:
-    """How many numbers an input has, of one arm, where there are as many coordinates."""
+    """Return the number of components of an input, of one arm, for a number of coordinates."""
     layout = Layout.of_coordinates(width)
     return sum(OF_NAME[name].width(layout) for name in FIELDS[field])
 
 
 def _check_runs(fields: dict[str, Any]) -> None:
-    """Refuse arrays over runs of unequal length; functions of time tell theirs only when called."""
+    """Raise InputError for arrays over unequal numbers of runs; functions are not called."""
     lengths = {
         name: len(value)
         for name, value in fields.items()
@@ -299,10 +335,11 @@ def _check_runs(fields: dict[str, Any]) -> None:
     }
     if len(set(lengths.values())) > 1:
         found = " and ".join(f"{name} holds {runs}" for name, runs in lengths.items())
-        raise InputError(f"{found} runs; give as many rows in each, or one row for all runs.")
+        raise InputError(f"{found} runs; give equally many rows in each, or one row for all runs.")
 
 
 def _input(field: str, value: Any, width: int) -> Array | Callable[[float], ArrayLike] | None:
+    """Return a function of time, checked at t = 0, or a read-only array, or None."""
     if value is None:
         return None
     size = _width_of(field, width)
@@ -310,7 +347,7 @@ def _input(field: str, value: Any, width: int) -> Array | Callable[[float], Arra
     if callable(value):
         at = " at t = 0"
         try:
-            with np.errstate(over="ignore", invalid="ignore"):  # told of below
+            with np.errstate(over="ignore", invalid="ignore"):  # reported below
                 given = value(0.0)
         except Exception as error:  # whatever a user's function raises
             reason = " ".join(f"{type(error).__name__}: {error}".split())
@@ -328,44 +365,46 @@ def _input(field: str, value: Any, width: int) -> Array | Callable[[float], Arra
 
 
 def _thrusts(value: Any) -> Array | None:
-    """Thrusts of 0 or more, or None."""
+    """Return thrusts of 0 or more, or None."""
     if value is None:
         return None
     array = _finite_array(value)
     if array is None or not _is_rows(array) or not (array >= 0.0).all():
         raise InputError(
-            f"rotor_thrust is {shown(value)}, but must be finite thrusts of 0 or more, or a row of "
-            "them per run; give one for each rotor [N]."
+            f"rotor_thrust is {shown(value)}; give a finite thrust of 0 or more for each rotor "
+            "[N], or a row of them per run."
         )
     return array
 
 
 def _jumps(value: Any, duration: float) -> tuple[float, ...]:
+    """Return increasing times inside the flight, each once."""
     array = _finite_array(np.empty(0) if isinstance(value, tuple) and not value else value)
     if array is None or array.ndim != 1 or not ((array > 0) & (array < duration)).all():
-        problem = (
-            f"jumps is {shown(value)}, but must be a list of times above 0 and below {duration:g} s"
+        raise InputError(
+            f"jumps is {shown(value)}; give a list of times above 0 and below {duration:g} s."
         )
-        raise InputError(f"{problem}; leave out those at the start or the end.")
     return tuple(np.unique(array).tolist())
 
 
 def _checked_targets(given: Any) -> Target | tuple[Target, ...]:
+    """Return a target or a tuple of targets with the same points, or raise InputError."""
     targets = given if isinstance(given, (list, tuple)) and given else [given]
     if any(not isinstance(target, Target) for target in targets):
         raise InputError(f"target is {shown(given)}; give a continuair.Target, or one per run.")
     counts = sorted({len(target.points) for target in targets}, reverse=True)
     if len(counts) > 1:
         raise InputError(
-            f"target holds targets of {counts[0]} and {counts[1]} points; give all runs the same "
+            f"target has targets of {counts[0]} and {counts[1]} points; give all runs the same "
             "points."
         )
     if any(not np.array_equal(target.points, targets[0].points) for target in targets):
-        raise InputError("target holds targets of different points; give all runs the same points.")
+        raise InputError("target has targets of different points; give all runs the same points.")
     return given if isinstance(given, Target) else tuple(targets)
 
 
 def _plain(value: Any) -> Any:
+    """Return a value as JSON can hold it; functions become their name."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, functools.partial):

@@ -1,58 +1,70 @@
-"""Set-points: where a flight controller is to bring the vehicle and its arms, over time."""
+"""Set-points over time of a flight controller."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
 from continuair.scenario.records import with_known_fields
+from continuair.typing import Array, ArrayLike
 from continuair.warning import warn
 
-Array = NDArray[np.float64]
-Given = ArrayLike | Callable[[float], ArrayLike] | None
+Given: TypeAlias = ArrayLike | Callable[[float], ArrayLike] | None
 
 WIDTHS = {"position": 3, "velocity": 3, "yaw": 1, "yaw_rate": 1, "bend": None}
-"""Set-point -> how many numbers it is, None for two per section."""
+"""Set-point -> its number of components; None: two per section."""
 
 _GOES_WITH = {"velocity": "position", "yaw_rate": "yaw"}
-"""Rate -> what it is the rate of."""
+"""Rate -> the set-point that it is the rate of."""
 
 
 @with_known_fields("the setpoints", "give fields by name")
 @dataclass(frozen=True, eq=False)
 class Setpoints(Immutable):
-    """What a flight controller follows; what is None stays as the flight starts, velocities are 0.
+    """Set-points of a flight controller.
 
-    Each is constant, a function of the time [s], or, where `times` are given, an array over them
-    with straight lines in between, which stays before the first and after the last. There the rate
-    beside a position or a yaw is 0, where either of the two is an array. A leading dimension
-    (runs,), before that of the times, gives each run its own. Raises InputError.
+    Parameters
+    ----------
+    position : array_like or callable, optional
+        Position of B's origin in world axes, shape (3,) [m]. Default: its start. If only `velocity`
+        is given, the position is not controlled.
+    velocity : array_like or callable, optional
+        Velocity of B's origin in world axes, shape (3,) [m/s]. Beside a position, its rate.
+        Default: 0.
+    yaw : array_like or callable, optional
+        Yaw [rad]. Default: its start.
+    yaw_rate : array_like or callable, optional
+        Rate of `yaw` [rad/s]; needs `yaw`. Default: 0.
+    bend : array_like or callable, optional
+        Bend vectors, two numbers per section [1/m]. Default: those of the start.
+    times : array_like, shape (n,), optional
+        Increasing times of the arrays [s].
+
+    Raises
+    ------
+    InputError
+        If a field cannot be used.
+
+    Notes
+    -----
+    Each set-point is a constant, a function of the time [s], or, with `times`, an array over them.
+    Such an array is interpolated linearly, and is constant before the first and after the last
+    time. There the rate of a position or a yaw is 0 if either of the two is an array. A leading
+    dimension (runs,), before the times, gives each run its own.
     """
 
     position: Given = None
-    """of B's origin in the world, (3,) [m]; left out beside a velocity, that alone counts"""
-
     velocity: Given = None
-    """of B's origin, world axes, (3,) [m/s]: beside a position, the velocity that goes with it"""
-
     yaw: Given = None
-    """a number [rad]"""
-
     yaw_rate: Given = None
-    """a number, the rate that goes with a yaw that is given [rad/s]"""
-
     bend: Given = None
-    """bend vectors, two numbers per section [1/m]"""
-
     times: ArrayLike | None = None
-    """times of arrays (n,), rising [s]"""
 
     def __post_init__(self) -> None:
         if self.times is not None:
@@ -63,17 +75,18 @@ class Setpoints(Immutable):
         if self.times is not None and not arrays:
             raise InputError(
                 f"times of the setpoints is {shown(self.times)}, but no set-point is an array over "
-                "them; leave the times out, or give one that is."
+                "them; give such an array, or omit times."
             )
         if self.yaw_rate is not None and self.yaw is None:
             raise InputError(
-                "yaw_rate of the setpoints is given, but no yaw, which would stay as the flight "
-                "starts; give the yaw that goes with it, such as lambda t: 0.5 * t."
+                "yaw_rate of the setpoints is given without yaw; give the matching yaw, such as "
+                "lambda t: 0.5 * t."
             )
         if self.times is not None and isinstance(self.yaw, np.ndarray):
             _warn_of_wraps(self.yaw[..., 0], np.asarray(self.times))
 
     def _checked(self, name: str, value: Any) -> Any:
+        """Return a function that returns valid numbers at t = 0, or a read-only array."""
         if value is None or callable(value):
             if callable(value):
                 _rows(name, _called(name, value, 0.0), None)
@@ -84,7 +97,7 @@ class Setpoints(Immutable):
 
     @property
     def runs(self) -> int | None:
-        """The number of runs that have set-points of their own, or None."""
+        """Number of runs that have set-points of their own, or None."""
         counts = {len(rows) for name in WIDTHS if (rows := self.at(name, np.zeros(1))) is not None}
         counts.discard(1)
         if len(counts) > 1:
@@ -95,18 +108,31 @@ class Setpoints(Immutable):
         return counts.pop() if counts else None
 
     def at(self, name: str, instants: Array) -> Array | None:
-        """A set-point at some times, (runs or 1, times, width); None if it is not given."""
+        """Return a set-point at some times.
+
+        Parameters
+        ----------
+        name : {"position", "velocity", "yaw", "yaw_rate", "bend"}
+            The set-point.
+        instants : ndarray, shape (times,)
+            Times [s].
+
+        Returns
+        -------
+        ndarray, shape (runs or 1, times, width), or None
+            The set-point, or None if it is not given.
+        """
         found = self._given_at(name, instants)
         if found is None or not self._rests(name):
             return found
-        # What holds its first or last place does not move.
+        # Before the first and after the last time the set-point is constant.
         times = np.asarray(self.times)
         slack = 1e-12 * np.abs(times).max()
         within = (instants >= times[0] - slack) & (instants <= times[-1] + slack)
         return np.where(within[:, None], found, 0.0)
 
     def _given_at(self, name: str, instants: Array) -> Array | None:
-        """As `at`, of each set-point by itself."""
+        """Return a set-point as `at` does, by itself."""
         value = getattr(self, name)
         if value is None:
             return None
@@ -125,34 +151,38 @@ class Setpoints(Immutable):
         return np.array(lines).swapaxes(1, 2)
 
     def _rests(self, name: str) -> bool:
-        """Whether it is the rate of a set-point, and one of the two is an array over times."""
+        """Return whether it is a rate of which itself or its set-point is an array over times."""
         if self.times is None or name not in _GOES_WITH:
             return False
         rate, moved = getattr(self, name), getattr(self, _GOES_WITH[name])
         return moved is not None and not (callable(rate) and callable(moved))
 
-    def describe(self) -> dict[str, Any]:
-        """What is given, as JSON can hold it, functions of time by their name."""
+    def describe(self) -> dict[str, object]:
+        """Return the given set-points for JSON.
+
+        Returns
+        -------
+        dict
+            Set-point to value; functions of time are given by name.
+        """
         found = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: _plain(value) for name, value in found.items() if value is not None}
 
 
 def _warn_of_wraps(yaw: Array, times: Array) -> None:
-    """Warn if a yaw (runs, n) goes by more than half a turn from one time to the next, as one that
-    a log or an arctangent gives within ±π does where it wraps."""
+    """Warn if a yaw (runs, n) changes by more than π between two times, as a wrapped yaw does."""
     turns = np.abs(np.diff(yaw, axis=1)).max(axis=0)
     if (turns > np.pi).any():
         at = int(np.argmax(turns))
         warn(
             f"yaw of the setpoints turns by {turns[at]:.3g} rad from t = {times[at]:.6g} to "
-            f"{times[at + 1]:.6g} s, which is flown as it is; give np.unwrap(yaw) if it wraps "
-            "there, or times in between if it is meant.",
+            f"{times[at + 1]:.6g} s; if it wraps there, give np.unwrap(yaw), otherwise more times.",
             stacklevel=5,
         )
 
 
 def _rows(name: str, value: Any, times: int | None) -> Array:
-    """Numbers (runs or 1, times or 1, width) from what was given, which may be such already."""
+    """Return numbers (runs or 1, times or 1, width) of a set-point, or raise InputError."""
     found = checks.finite_array(value)
     width = WIDTHS[name]
     if found is not None and found.ndim == 3 and found.shape[1] == 1 and times is None:
@@ -164,7 +194,7 @@ def _rows(name: str, value: Any, times: int | None) -> Array:
     ):
         found = found[..., 0]
     wanted = f"{width or 'two per section'}" + (f" at each of {times} times" if times else "")
-    instead = ", or a function of time, as of what stays" if times else ""
+    instead = ", or a function of time" if times else ""
     if found is not None and width == 1:
         found = found[..., None]
     shapes = (2, 3) if times else (1, 2)
@@ -184,13 +214,14 @@ def _rows(name: str, value: Any, times: int | None) -> Array:
 
 
 def _fits(found: Array, width: int | None, times: int | None) -> bool:
-    """Whether the last dimensions are those of the times and of a set-point."""
+    """Return whether the last dimensions are those of the times and of a set-point."""
     last: int = found.shape[-1]
     of_times = not times or found.shape[-2] == times
     return of_times and (last == width if width else last % 2 == 0)
 
 
 def _called(name: str, value: Callable[[float], ArrayLike], time: float) -> Any:
+    """Return the value of a function at a time [s]; InputError if the function fails."""
     try:
         return value(time)
     except Exception as error:  # whatever a user's function raises
@@ -202,6 +233,7 @@ def _called(name: str, value: Callable[[float], ArrayLike], time: float) -> Any:
 
 
 def _checked_times(value: Any) -> Array:
+    """Return increasing times (n,), or raise InputError."""
     found = checks.finite_array(value)
     if found is None or found.ndim != 1 or len(found) < 2 or not (np.diff(found) > 0.0).all():
         raise InputError(f"times of the setpoints is {shown(value)}; give two or more, rising [s].")
@@ -209,6 +241,7 @@ def _checked_times(value: Any) -> Array:
 
 
 def _plain(value: Any) -> Any:
+    """Return an array as a list, and a function as its name."""
     return (
         value.tolist()
         if isinstance(value, np.ndarray)

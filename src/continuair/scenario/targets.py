@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -12,31 +11,43 @@ from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
 from continuair.scenario.paths import Path
 from continuair.scenario.records import with_known_fields
+from continuair.typing import Array, ArrayLike
 
 _CHECKED, _MOST_CHECKED = 4001, 1_000_000
-"""Times of a path that are checked within its duration, and at most in all."""
+"""Samples of a path within its duration at which it is checked, and the most in all."""
 
 _NOTHING = 1e-9
-"""Distance from one of them to the next that is none [m]."""
+"""Distance between successive samples that counts as zero [m]."""
 
 DISTANCE = 2.0
-"""Distance Z_d at which the camera is to stay [m]: our choice, as the paper prints none."""
+"""Desired distance Z_d of the camera [m]: our choice, as the paper does not give one."""
 
-# A camera at the tip of a straight arm under a level UAV, looking down: its axes in the world.
+# Axes, in the world, of a camera that points down from a straight arm under a level UAV.
 _DOWN = np.diag([1.0, -1.0, -1.0])
 
 
 @with_known_fields("a target", "give a path and fields by name")
 @dataclass(frozen=True)
 class Target(Immutable):
-    """Feature points about the centroid (n, 3) [m, world axes], and the centroid's path.
+    """Feature points of a rigid body whose centroid follows a path.
 
-    distance: where the camera is to be, above the centroid [m]; from it follows the desired image.
-    Raises InputError.
+    Parameters
+    ----------
+    path : Path
+        Path of the centroid, such as ``ca.paths.letter("M")``.
+    points : array_like, shape (n, 3), optional
+        Three or more feature points relative to the centroid, in world axes [m]. Default: `square`.
+    distance : float, optional
+        Desired height of the camera above the centroid [m]. It determines the desired image.
+
+    Raises
+    ------
+    InputError
+        If a field cannot be used, or the path jumps.
     """
 
     path: Path
-    points: Any = None
+    points: ArrayLike | None = None
     distance: float = DISTANCE
 
     def __post_init__(self) -> None:
@@ -51,58 +62,75 @@ class Target(Immutable):
             )
         if not checks.is_number(self.distance) or not rows[:, 2].max() < self.distance:
             raise InputError(
-                f"distance is {shown(self.distance)}; give one [m] that leaves all points of the "
-                f"target below the camera (above {rows[:, 2].max():g})."
+                f"distance is {shown(self.distance)}; give a number above {rows[:, 2].max():g} "
+                "[m], so that all points lie below the camera."
             )
         object.__setattr__(self, "points", checks.frozen(rows))
         object.__setattr__(self, "distance", float(self.distance))
 
     @property
-    def desired(self) -> np.ndarray:
-        """The desired image (2n,), normalised, from straight above the centroid."""
-        seen = (self.points - [0.0, 0.0, self.distance]) @ _DOWN
-        return (seen[:, :2] / seen[:, 2:]).ravel()
+    def desired(self) -> Array:
+        """Desired image (2n,) in normalised coordinates, from straight above the centroid."""
+        seen = (np.asarray(self.points) - [0.0, 0.0, self.distance]) @ _DOWN
+        return np.asarray(seen[:, :2] / seen[:, 2:]).ravel()
 
     @property
-    def depths(self) -> np.ndarray:
-        """How far off each point is along the camera's axis in the desired image (n,) [m]."""
-        return np.asarray(self.distance - self.points[:, 2])
+    def depths(self) -> Array:
+        """Depths of the points along the camera's axis in the desired image (n,) [m]."""
+        return np.asarray(self.distance - np.asarray(self.points)[:, 2])
 
     def check_until(self, end: float) -> None:
-        """Raise InputError unless the path, where it is followed beyond its duration until that
-        time [s], moves there as within."""
+        """Check the path beyond its duration.
+
+        Parameters
+        ----------
+        end : float
+            Time until which the path is followed [s].
+
+        Raises
+        ------
+        InputError
+            If the path jumps, or its velocity is not the derivative of its position.
+        """
         if end > self.path.duration:
             _check_motion(self.path, end)
 
-    def describe(self) -> dict[str, Any]:
-        """The target as JSON can hold it."""
+    def describe(self) -> dict[str, object]:
+        """Return the target's fields for JSON.
+
+        Returns
+        -------
+        dict
+            Name and duration of the path, points and distance.
+        """
         return {
             "path": self.path.name,
             "duration": self.path.duration,
-            "points": self.points.tolist(),
+            "points": np.asarray(self.points).tolist(),
             "distance": self.distance,
         }
 
 
 def _check_motion(path: Path, end: float) -> None:
-    """Raise InputError unless the path moves on until then without jumps, as fast as it says."""
+    """Raise InputError unless a path is free of jumps until `end`, with a consistent velocity."""
     count = int(min(_CHECKED * max(end / path.duration, 1.0), _MOST_CHECKED))
     at, nothing = _jump(path, end, count, _NOTHING), _NOTHING
-    # Samples that are too far apart for its turns look like jumps, which finer ones do not mend.
+    # Coarse samples of tight turns look like jumps; finer samples remove these, but not true jumps.
     while at is not None and count < _MOST_CHECKED:
         count, nothing = min(8 * count, _MOST_CHECKED), nothing / 8
         at = _jump(path, end, count, nothing)
     if at is not None:
         raise InputError(
-            f"path {path.name} jumps, or its velocity is not its position's, near t = {at:.3g} s; "
-            "give a path with a bounded acceleration."
+            f"path {path.name} jumps, or its velocity is not the derivative of its position, near "
+            f"t = {at:.3g} s; give a path with bounded acceleration."
         )
 
 
 def _jump(path: Path, end: float, count: int, nothing: float) -> float | None:
-    """When [s] a path moves on farthest from where it says, if that is far, by count samples.
+    """Return the time [s] at which positions and velocity of a path disagree most, or None.
 
-    nothing: a distance that is none [m]. Raises InputError for what no path returns.
+    None: they agree at `count` samples. nothing: distance that counts as zero [m]. Raises
+    InputError if the path does not return finite arrays of the right shape.
     """
     times = np.linspace(0.0, end, count)
     try:
@@ -112,8 +140,8 @@ def _jump(path: Path, end: float, count: int, nothing: float) -> float | None:
         shapes = set()
     if shapes != {(count, 3)}:
         raise InputError(
-            f"path {path.name} does not return three arrays (n, 3) for n times; let its motion "
-            "return position, velocity and acceleration."
+            f"path {path.name} does not return three arrays (n, 3) for n times; return position, "
+            "velocity and acceleration."
         )
     if not np.isfinite([position, velocity, acceleration]).all():
         raise InputError(f"path {path.name} is not finite; correct its motion.")
@@ -127,9 +155,26 @@ def _jump(path: Path, end: float, count: int, nothing: float) -> float | None:
     return float(times[int(np.argmax(off))]) if far else None
 
 
-def square(side: float = 0.5) -> np.ndarray:
-    """Corners (4, 3) of a horizontal square about its centre, side [m]. Raises InputError.
+def square(side: float = 0.5) -> Array:
+    """Return the corners of a horizontal square about its centre.
 
+    Parameters
+    ----------
+    side : float, optional
+        Side [m].
+
+    Returns
+    -------
+    ndarray, shape (4, 3)
+        Corners in world axes [m].
+
+    Raises
+    ------
+    InputError
+        If `side` is not above 0.
+
+    Examples
+    --------
     >>> ca.square(2.0).tolist()
     [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]]
     """

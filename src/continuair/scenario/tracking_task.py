@@ -1,14 +1,13 @@
-"""The paper's closed-loop task: points whose centroid writes letters, seen from the arm's tip.
+"""The paper's closed-loop task: a camera at the tip tracks points whose centroid writes letters.
 
-The letters and the 50 s are the paper's. It prints neither the points, a square of 0.5 m here, nor
-their distance, nor where the flight starts: those are our choices.
+The letters and the 50 s are the paper's. It gives neither the points (here a square of 0.5 m), nor
+their distance, nor the initial state: those are our choices.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -21,6 +20,7 @@ from continuair.scenario import paths
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
+from continuair.typing import ArrayLike
 from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.vehicle import Vehicle
 
@@ -28,24 +28,25 @@ LETTER_HEIGHT = 0.8
 """Height of a letter [m]."""
 
 START_OFFSET = (0.1, 0.0, 0.1)
-"""How far off the camera starts: 0.1 m in x and z, our choice; the paper prints no start [m]."""
+"""Initial offset of the camera [m], in x and z: our choice, as the paper gives no start."""
 
 START_BEND = 0.1
-"""Curvature at the start, along the world's x, as the image is [1/m]."""
+"""Initial curvature, along the world's x [1/m]."""
 
 STRUCTURAL_DAMPING = 0.03
-"""Damping ratio that the task gives to an arm whose file has none: undamped arms ring for ever."""
+"""Damping ratio that the task gives to undamped arms, whose oscillations never decay."""
 
 
 _ANY_DIRECTION = 6
-"""Rank of the wrench of rotors that push and turn in any direction."""
+"""Rank of the wrench of rotors that produce forces and moments in any direction."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """A variant of the task: how long a letter takes [s], from when errors count [s], the camera.
+    """A variant of the task.
 
-    camera: fields of the vehicle's camera that this setting replaces.
+    duration of a letter [s]; settled: time from which errors count [s]; camera: fields of the
+    vehicle's camera that this variant replaces.
     """
 
     duration: float
@@ -54,7 +55,7 @@ class Setting:
     meaning: str
 
 
-_OWN = "the vehicle's own camera: perfect, and at the control rate, unless its file says otherwise"
+_OWN = "the vehicle's own camera: ideal, at the control rate, unless its file sets otherwise"
 
 SETTINGS = {
     "nominal": Setting(50.0, 5.0, {}, f"50 s a letter, {_OWN}"),
@@ -66,45 +67,96 @@ SETTINGS = {
     ),
     "fast": Setting(10.0, 5.0, {}, f"10 s a letter, {_OWN}"),
 }
-"""The paper's task, the same through a real camera, and with a fast target."""
+"""The paper's task, the same with a real camera, and with a fast target."""
 
 
-def chosen_letters(letters: Any) -> list[str]:
-    """The letters of a string, once each and in its order, or InputError."""
+def chosen_letters(letters: object) -> list[str]:
+    """Return the letters of a string, once each, in order.
+
+    Parameters
+    ----------
+    letters : str
+        Letters of `LETTERS`, in either case.
+
+    Returns
+    -------
+    list of str
+        The letters, as capitals.
+
+    Raises
+    ------
+    InputError
+        If `letters` is not a string of these letters.
+    """
     if not isinstance(letters, str):
         raise InputError(f"letters is {shown(letters)}; use some of {''.join(LETTERS)}.")
     return checks.choices("letters", list(letters.upper()), LETTERS)
 
 
 def equipped(vehicle: Vehicle, setting: Setting) -> Vehicle:
-    """The vehicle with the setting's camera, and with some damping where a section has none."""
-    changes: dict[str, Any] = {f"camera.{name}": value for name, value in setting.camera.items()}
+    """Return the vehicle with a setting's camera, and damping where a section has none.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+    setting : Setting
+        Variant of the task.
+
+    Returns
+    -------
+    Vehicle
+        The vehicle, or a changed copy.
+    """
+    changes: dict[str, object] = {f"camera.{name}": value for name, value in setting.camera.items()}
     changes |= {f"{path}.damping_ratio": STRUCTURAL_DAMPING for path in _undamped(vehicle)}
     return vehicle.replace(changes) if changes else vehicle
 
 
 def damping_notes(vehicle: Vehicle) -> list[str]:
-    """What is to be told of sections that `equipped` damps."""
+    """Return a note on the sections that `equipped` damps.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle, before `equipped`.
+
+    Returns
+    -------
+    list of str
+        One note, or none if every section has damping.
+    """
     if not (paths := _undamped(vehicle)):
         return []
     return [
-        f"Tracking is flown with a damping ratio of {STRUCTURAL_DAMPING:g} of {', '.join(paths)}, "
-        "which has none of its own; give one, however small, in its place."
+        f"Tracking uses a damping ratio of {STRUCTURAL_DAMPING:g} for {', '.join(paths)}, whose "
+        "file has none; give one to replace it."
     ]
 
 
 def noise_notes(vehicle: Vehicle) -> list[str]:
-    """What is to be told of flights behind a camera with noise, all of one seed."""
+    """Return a note that all flights share one realisation of the camera's noise.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+
+    Returns
+    -------
+    list of str
+        One note, or none if the camera has no noise.
+    """
     if not (noise := vehicle.camera.noise):
         return []
     return [
-        f"The camera's noise of {noise:g} px is one draw of it, the same in all flights: with "
-        "another one flights that end well may be lost, and others not."
+        f"The camera's noise of {noise:g} px is one realisation, the same in all flights; with "
+        "another seed, other flights may fail."
     ]
 
 
 def _undamped(vehicle: Vehicle) -> list[str]:
-    """Paths of sections without damping."""
+    """Return the paths of sections without damping."""
     if not vehicle.has_arm_list:
         return [] if np.any(vehicle.arm.structural_damping) else ["arm"]
     return [
@@ -116,28 +168,48 @@ def _undamped(vehicle: Vehicle) -> list[str]:
 
 
 def without_rotors(vehicle: Vehicle) -> tuple[Vehicle, list[str]]:
-    """The vehicle as the law can fly it, and what is to be told of that.
+    """Return the vehicle as the controller can fly it, and notes on the change.
 
-    The law asks for forces and moments in any direction, which few rotors give.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+
+    Returns
+    -------
+    vehicle : Vehicle
+        Without its rotors, unless these produce forces and moments in any direction.
+    notes : list of str
+        One note if the rotors were removed.
     """
     rotors = vehicle.uav.rotors
     if rotors is None or rotors.rank >= _ANY_DIRECTION:
         return vehicle, []
     note = (
-        "Tracking is flown without rotors: its law asks for forces in any direction; with these "
-        "rotors, ca.twist_servoing tracks."
+        "Tracking is flown without rotors: its controller needs forces in any direction; with "
+        "these rotors, use ca.twist_servoing."
     )
     return vehicle.replace({"uav.rotors": None}), [note]
 
 
-def along_x(vehicle: Vehicle, euler: Any) -> float:
-    """The angle ψa in which the camera's arm bends along the world's x, at Euler angles (3,).
+def along_x(vehicle: Vehicle, euler: ArrayLike) -> float:
+    """Return the bend direction ψa that is the world's x axis for the camera's arm.
 
-    A camera in the Frenet frame turns with it, and faces its target at 0.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+    euler : array_like, shape (3,)
+        Roll, pitch and yaw of the base [rad].
+
+    Returns
+    -------
+    float
+        The direction [rad]; 0 for a camera in the Frenet frame, which turns with the arm.
     """
     if vehicle.camera.tip_frame == "frenet":
         return 0.0
-    turn = Rotation.from_euler("ZYX", euler[::-1])
+    turn = Rotation.from_euler("ZYX", np.asarray(euler)[::-1])
     if vehicle.has_arm_list:
         turn *= Rotation.from_quat(vehicle.arms[vehicle.camera_arm].attitude)
     x, y, _ = turn.inv().apply([1.0, 0.0, 0.0])
@@ -152,11 +224,30 @@ def task(
     *,
     off: bool = True,
 ) -> Scenario:
-    """A batch that flies each letter once with its own row of the controller's gains, or one.
+    """Return a batch in which each run tracks one letter.
 
-    duration: of a letter [s], one for all or one each; the target rests at the end of its own. off:
-    whether it starts START_OFFSET and START_BEND off, and not where the image is the desired one.
-    Raises InputError.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+    letters : sequence of str
+        Letter of each run.
+    controller : Controller
+        Controller with one set of gains, or one per run.
+    duration : float or sequence of float
+        Duration of a letter [s], one for all or one each. A target rests at the end of its letter.
+    off : bool, default True
+        Start with `START_OFFSET` and `START_BEND`, instead of at the desired image.
+
+    Returns
+    -------
+    Scenario
+        The batch, as long as the longest letter.
+
+    Raises
+    ------
+    InputError
+        If a letter or a duration cannot be used.
     """
     durations = np.broadcast_to(duration, len(letters)).tolist()
     targets = [

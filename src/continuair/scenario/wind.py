@@ -1,11 +1,10 @@
-"""Wind over time for `Scenario(wind=…)`: a gust, and turbulence after Dryden."""
+"""Wind over time for `Scenario(wind=…)`: a gust, and Dryden turbulence."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -13,12 +12,11 @@ from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
 from continuair.signals import Signal, sampled
-
-Array = np.ndarray
+from continuair.typing import Array, ArrayLike
 
 _FOOT = 0.3048
 _LOWEST, _HIGHEST = 3.0, 305.0
-"""Altitudes for which the formulas are made: 10 to 1000 feet [m]."""
+"""Altitudes at which the formulas are valid: 10 to 1000 feet [m]."""
 
 _MOST_KNOTS = 10_000_000
 
@@ -35,8 +33,8 @@ class Gust(Immutable):
         phase = min(max((t - self.start) / self.duration, 0.0), 1.0)
         return np.asarray(0.5 * (1.0 - math.cos(2.0 * math.pi * phase)) * self.velocity)
 
-    def describe(self) -> dict[str, Any]:
-        """What it was made of, as JSON can hold it."""
+    def describe(self) -> dict[str, object]:
+        """Return the fields for JSON."""
         return {
             "wind": "gust",
             "velocity": self.velocity.tolist(),
@@ -45,9 +43,28 @@ class Gust(Immutable):
         }
 
 
-def gust(velocity: Any, start: float, duration: float) -> Gust:
-    """A gust of a velocity (3,) at its height, world axes [m/s], that lasts from `start` [s] on for
-    a duration [s]: half of 1 - cos. Raises InputError."""
+def gust(velocity: ArrayLike, start: float, duration: float) -> Gust:
+    """Return a gust of the shape (1 - cos) / 2.
+
+    Parameters
+    ----------
+    velocity : array_like, shape (3,)
+        Peak velocity in world axes [m/s].
+    start : float
+        Start [s].
+    duration : float
+        Duration [s].
+
+    Returns
+    -------
+    Gust
+        Wind for ``Scenario(wind=...)``.
+
+    Raises
+    ------
+    InputError
+        If an argument is not finite, or the duration is not above 0.
+    """
     return Gust(
         checks.frozen(checks.vector("velocity", velocity, 3)),
         checks.number("start", start, otherwise=" [s]"),
@@ -57,14 +74,17 @@ def gust(velocity: Any, start: float, duration: float) -> Gust:
 
 @dataclass(frozen=True)
 class Scales:
-    """Standard deviations [m/s] and lengths [m] of turbulence along u, v and w."""
+    """Standard deviations [m/s] and length scales [m] of turbulence along u, v and w."""
 
     deviations: tuple[float, float, float]
     lengths: tuple[float, float, float]
 
 
 def low_altitude(w20: float, altitude: float) -> Scales:
-    """Scales of Dryden's model below 1000 feet, MIL-F-8785C; w20: wind at 20 feet [m/s]."""
+    """Return the scales of Dryden's model below 1000 feet, MIL-F-8785C.
+
+    w20: wind at 20 feet [m/s].
+    """
     feet = altitude / _FOOT
     share = np.longdouble(0.177 + 0.000823 * feet)
     along, vertical = float(0.1 * w20 / share**0.4), 0.1 * w20
@@ -74,11 +94,11 @@ def low_altitude(w20: float, altitude: float) -> Scales:
 
 @dataclass(frozen=True, eq=False)
 class Dryden(Immutable):
-    """Turbulence at knots (runs or 1, n, 3) a step apart [s], and straight between them."""
+    """Turbulence at breakpoints (runs or 1, n, 3), `step` apart [s], interpolated linearly."""
 
     knots: Array
     step: float
-    settings: dict[str, Any] = field(default_factory=dict)
+    settings: dict[str, object] = field(default_factory=dict)
 
     def __call__(self, t: float) -> Array:
         at = t / self.step
@@ -93,18 +113,18 @@ class Dryden(Immutable):
         return np.asarray(found if len(found) > 1 else found[0])
 
     def signal(self, duration: float) -> Signal:
-        """Return the wind over a duration [s] as a signal, straight between its knots."""
+        """Return the wind over a duration [s] as a piecewise linear signal."""
         if duration > self.step * (self.knots.shape[1] - 1) * (1.0 + 1e-9):
             self(duration)
         return sampled(self.knots, self.step, duration)
 
     @property
     def knot_times(self) -> Array:
-        """Times of the knots inside [s], at which steps end."""
+        """Inner breakpoints [s], at which steps end."""
         return self.step * np.arange(1, self.knots.shape[1] - 1)
 
-    def describe(self) -> dict[str, Any]:
-        """What it was made of, as JSON can hold it."""
+    def describe(self) -> dict[str, object]:
+        """Return the settings for JSON."""
         return {"wind": "dryden", **self.settings}
 
 
@@ -114,18 +134,45 @@ def dryden(
     airspeed: float,
     *,
     seed: int | Sequence[int] = 0,
-    mean: Any = (0.0, 0.0, 0.0),
+    mean: ArrayLike = (0.0, 0.0, 0.0),
     heading: float = 0.0,
     duration: float = 60.0,
     step: float = 0.01,
 ) -> Dryden:
-    """Dryden's turbulence at low altitude, MIL-F-8785C, world axes.
+    """Return Dryden turbulence at low altitude, MIL-F-8785C.
 
-    w20: the wind at 20 feet, which sets how strong it is [m/s]; altitude [m], 3 to 305; airspeed
-    through the frozen field [m/s]; seed: of its noise, one, or one per run; mean: a steady wind
-    (3,) that is added [m/s]; heading: of its axis u in the world [rad]; duration of what is made,
-    and the time between knots [s], between which wind is a straight line. At the knots it has the
-    model's spectrum exactly. Raises InputError.
+    Parameters
+    ----------
+    w20 : float
+        Wind at 20 feet, which sets the intensity [m/s].
+    altitude : float
+        Altitude, 3 to 305 [m].
+    airspeed : float
+        Airspeed through the frozen field [m/s].
+    seed : int or sequence of int, default 0
+        Seed of the noise, one for all runs or one per run.
+    mean : array_like, shape (3,), optional
+        Steady wind that is added, in world axes [m/s].
+    heading : float, default 0.0
+        Heading of the axis u in the world [rad].
+    duration : float, default 60.0
+        Duration of the wind [s].
+    step : float, default 0.01
+        Time between breakpoints [s]; the wind is linear in between.
+
+    Returns
+    -------
+    Dryden
+        Wind for ``Scenario(wind=...)``.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+
+    Notes
+    -----
+    At the breakpoints the wind has the model's spectrum exactly.
     """
     settings = {
         "w20": checks.number("w20", w20, least=0.0, otherwise=" [m/s]"),
@@ -137,7 +184,7 @@ def dryden(
     }
     if altitude > _HIGHEST:
         raise InputError(
-            f"altitude is {shown(altitude)}, but the formulas hold up to {_HIGHEST:g} m; give less."
+            f"altitude is {shown(altitude)}; give at most {_HIGHEST:g} m, the model's upper limit."
         )
     steps = math.ceil(settings["duration"] / settings["step"] - 1e-9)
     if steps >= _MOST_KNOTS:
@@ -160,13 +207,13 @@ def dryden(
     return Dryden(checks.frozen(turned + steady), settings["step"], settings | told)
 
 
-def _same(of: Any, x: float) -> float:
-    """A function in extended precision: its last bit in float64 is another by processor."""
+def _same(of: Callable[[np.longdouble], np.longdouble], x: float) -> float:
+    """Evaluate a function in extended precision: float64's last bit depends on the processor."""
     return float(of(np.longdouble(x)))
 
 
 def _first_order(rate: float, step: float, noise: Array) -> Array:
-    """Of variance 1, with the spectrum of 1 / (1 + s/rate): exact at the knots (n,)."""
+    """Return noise of variance 1 with the spectrum of 1 / (1 + s/rate), exact at breakpoints."""
     kept = _same(np.exp, -rate * step)
     added = math.sqrt(-_same(np.expm1, -2.0 * rate * step))
     found = np.empty(len(noise))
@@ -178,7 +225,8 @@ def _first_order(rate: float, step: float, noise: Array) -> Array:
 
 
 def _third_order(y: float, decayed: float) -> float:
-    """1 - e^-y (1 + y + y²/2), e^-y being decayed; for small y, where y³/6 is left, its series."""
+    """Return 1 - e^-y (1 + y + y²/2), e^-y being `decayed`; for small y by its series, from y³/6
+    on."""
     if y > 1.0:
         return 1.0 - decayed * (1.0 + y + 0.5 * y * y)
     term, total, order = y * y * y / 6.0, 0.0, 3
@@ -189,9 +237,10 @@ def _third_order(y: float, decayed: float) -> float:
 
 
 def _second_order(rate: float, step: float, noise: Array) -> Array:
-    """Of variance 1, with the spectrum of (1 + √3 s/rate) / (1 + s/rate)²: exact at the knots.
+    """Return noise of variance 1 with the spectrum of (1 + √3 s/rate) / (1 + s/rate)².
 
-    noise: (n, 2). States are z and z' of z'' + 2 a z' + a² z = n, from their stationary start.
+    Exact at the breakpoints. noise: (n, 2). States are z and z' of z'' + 2 a z' + a² z = n, from
+    their stationary start.
     """
     a, x = rate, rate * step
     decayed, squared = (_same(np.exp, -times * x) for times in (1.0, 2.0))

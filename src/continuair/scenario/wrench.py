@@ -5,25 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-
 from continuair.errors import InputError, shown
+from continuair.typing import Array, ArrayLike
 
 
 @dataclass(frozen=True, eq=False)
 class Wrench:
     """A force and a moment at a point of the vehicle.
 
-    Attributes
+    Parameters
     ----------
     force : array_like, shape (3,) or (runs, 3)
         Force in world axes [N].
     moment : array_like, optional
-        Moment in world axes [N m], of the same shapes. Default: none. That on the UAV turns with
+        Moment in world axes [N m], of the same shape. Default: none. A moment on the UAV turns with
         it until the next call.
     at : {"uav", "tip"} or tuple ("tip", int), default "uav"
-        The UAV's centre of mass, or the tip of the first arm or of the arm of an index.
+        The UAV's centre of mass, the tip of the first arm, or the tip of an arm by index.
 
     Raises
     ------
@@ -51,7 +49,7 @@ class Wrench:
 class FlightState:
     """The state of a flight, as a ``force_callback`` receives it.
 
-    Attributes
+    Parameters
     ----------
     position, velocity : ndarray, shape (3,)
         Of the UAV's centre of mass, in world axes [m, m/s].
@@ -66,16 +64,16 @@ class FlightState:
 
     Notes
     -----
-    In a batch every array has a leading dimension (runs,). Runs that have ended keep their last
-    state. ``bend`` and ``tip_position`` of a vehicle with an [arm] table are of shape (2,) and
-    (3,), as in results.
+    In a batch every array has a leading dimension (runs,). Runs that have stopped keep their last
+    state. ``bend`` and ``tip_position`` of a vehicle with an [arm] table have shapes (2,) and (3,),
+    as in results.
     """
 
-    position: NDArray[np.float64]
-    attitude: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    angular_velocity: NDArray[np.float64]
-    bend: NDArray[np.float64]
-    bend_rate: NDArray[np.float64]
-    tip_position: NDArray[np.float64]
-    tip_velocity: NDArray[np.float64]
+    position: Array
+    attitude: Array
+    velocity: Array
+    angular_velocity: Array
+    bend: Array
+    bend_rate: Array
+    tip_position: Array
+    tip_velocity: Array

@@ -1,4 +1,4 @@
-"""Sections of arms, a file or package for each kind, on one list by name."""
+"""Kinds of sections, one file or package each, in a table by name."""
 
 from continuair.sections.arc import Arc
 from continuair.sections.kind import SectionCode, SectionKind
@@ -18,13 +18,24 @@ def kind_of(section: Section) -> SectionKind:
     Returns
     -------
     SectionKind
-        The kind that its `kind` names.
+        The kind named by its attribute `kind`.
     """
     return KINDS[section.kind].of(section)
 
 
 def arcs(*sections: int) -> tuple[tuple[SectionKind, ...], ...]:
-    """Return the kinds of arms of so many arcs each, as a `Tree` holds them."""
+    """Return the kinds of the sections of arms that consist of arcs.
+
+    Parameters
+    ----------
+    *sections : int
+        Number of arcs of each arm.
+
+    Returns
+    -------
+    tuple of tuple of SectionKind
+        Kinds of each arm, as in `Tree.kinds`.
+    """
     return tuple((Arc(),) * count for count in sections)
 
 

@@ -1,35 +1,40 @@
-"""What a kind of section is: its coordinates, its packing, and what the arm needs of it.
+"""Interface of a kind of section: its coordinates, its packed parameters and its device code.
 
-A section has a base, in whose axes it points along -z where it is straight, and a tip, whose axes
-are carried along the backbone. Whatever concerns one section goes through its kind: the number of
-coordinates, the parameters on the host, and the device code. With a the acceleration of the base,
-ω and ω̇ its turning, and q the coordinates of the section,
+A section points along -z of the axes at its base if it is straight. The axes at its tip move with
+the backbone. With a the acceleration of the base, ω and ω̇ its angular velocity and acceleration,
+and q the coordinates of the section,
 
     force on the base    m a + ω̇×H + F q̈ + f        moment  H×a + I ω̇ + L q̈ + n
     on the coordinates   Fᵀ a + Lᵀ ω̇ + N q̈ + b
     at the tip           a_t = a + ω̇×p + P q̈ + g_a        ω̇_t = ω̇ + W q̈ + g_w
 
-where (f, n, b) and (g_a, g_w) are quadratic in z = (ω, q̇). Of their symmetric forms B(z, z') the
-block-decoupled models take parts: z' = (ω', 0), how UAV and frozen arms turn, for the rows of the
-UAV, and the rest, z' = z - (ω', 0), for those of the arms.
+where (f, n, b) and (g_a, g_w) are quadratic in z = (ω, q̇). Block-decoupled models use parts of
+their symmetric forms B(z, z'): z' = (ω', 0), the rotation of the UAV with frozen arms, in the rows
+of the UAV, and the rest, z' = z - (ω', 0), in those of the arms.
 """
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 import warp as wp
 
-from continuair.device.numbers import Numbers, holding
+from continuair.device.numbers import Numbers, Struct, holding
 from continuair.device.types import Tree, device_types
+from continuair.typing import Array
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import Section
+
+if TYPE_CHECKING:
+    from casadi import DM, SX
+
+    from continuair.sections.symbolic import Frame
 
 
 @dataclass(frozen=True)
 class SectionTypes:
-    """Types of sections with so many coordinates, and column(m, k) of a matrix of Columns."""
+    """Warp types of sections with a number of coordinates; column(m, k) of a matrix of Columns."""
 
     Coordinates: Any
     Columns: Any
@@ -43,12 +48,12 @@ class SectionTypes:
 
 @cache
 def section_types(numbers: Numbers, tree: Tree, coordinates: int) -> SectionTypes:
-    """Return the types of sections with so many coordinates; those of equal numbers share them.
+    """Return the Warp types of sections with a number of coordinates; equal numbers share them.
 
     Parameters
     ----------
     numbers : Numbers
-        What device code computes with.
+        Precision and lanes of device code.
     tree : Tree
         The arms.
     coordinates : int
@@ -68,7 +73,7 @@ def section_types(numbers: Numbers, tree: Tree, coordinates: int) -> SectionType
 
     @wp.struct
     class Element:
-        """First moment H, inertia I, the columns F and L, and N."""
+        """First moment H, inertia I, columns F and L, and inertia N of the coordinates."""
 
         H: vec3
         I: mat33
@@ -78,7 +83,7 @@ def section_types(numbers: Numbers, tree: Tree, coordinates: int) -> SectionType
 
     @wp.struct
     class Bias:
-        """f, n and b."""
+        """Bias f, n and b."""
 
         force: vec3
         moment: vec3
@@ -86,8 +91,8 @@ def section_types(numbers: Numbers, tree: Tree, coordinates: int) -> SectionType
 
     @wp.struct
     class Joint:
-        """The tip: its point p [m], R (tip axes to the section's), the columns P and W, and how the
-        rates move and turn it: P q̇ and W q̇."""
+        """Tip: point p [m], R (tip axes to the section's), columns P and W, and its velocity P q̇
+        and angular velocity W q̇ from the rates."""
 
         p: vec3
         R: mat33
@@ -105,12 +110,12 @@ def section_types(numbers: Numbers, tree: Tree, coordinates: int) -> SectionType
 
 @cache
 def carried_type(numbers: Numbers, tree: Tree) -> Any:
-    """Return the struct Carried, the same for all kinds."""
+    """Return the struct Carried, the same for all kinds of sections."""
     vec3 = device_types(numbers, tree).vec3
 
     @wp.struct
     class Carried:
-        """Acceleration of a point, and of the turning there, that velocities alone cause."""
+        """Linear and angular acceleration of a frame caused by velocities alone."""
 
         base: vec3
         spin: vec3
@@ -120,81 +125,118 @@ def carried_type(numbers: Numbers, tree: Tree) -> Any:
 
 @dataclass(frozen=True)
 class SectionCode:
-    """The device code of one section. Functions in brackets are needed by some models alone.
+    """The device code of one section.
 
-    Shape : struct
-        What follows from the coordinates.
-    Motion : struct
-        What follows from the coordinates and their rates.
-    Place : struct
-        A point of the backbone: `point` from the base [m] and `turn`, a quaternion, in axes of the
-        base; and whatever the functions of a place read.
-    shape(y, table, vehicle) -> Shape
-        Of a state; table and vehicle: the coefficients that the kind has packed, and their row.
-    motion(y, shape) -> Motion
-    element(plant, shape, motion) -> Element
-    full_bias(shape, element, motion, w) -> Bias
-        B(z, z); w: ω.
-    [turning_bias(shape, element, motion, w, v) -> Bias]
-        Force and moment of B(z, (v, 0)).
-    [bending_bias(shape, element, motion, w, v) -> Bias]
-        B(z, (v, q̇)).
-    [first_bending(shape, element, motion, w) -> Bias]
-        The same with v = 0.
-    [own_bending(shape, motion) -> Coordinates]
-        b of a section on a base at rest.
-    joint(plant, shape, motion) -> Joint
-    carried(plant, shape, motion) -> Carried
-        Acceleration and turning of the tip at ω = 0 and q̈ = 0, in axes of the base.
-    place(y, plant, share) -> Place
-        At a share of the length, from 0 to 1.
-    swept_by(place) -> vec3, turned_by(place) -> vec3
-        Its velocity [m/s] and turning [rad/s] as the rates move it, in axes of the base.
-    pushed_by(place, force, moment) -> Coordinates
-        Jᵀ (force, moment): a wrench at the place, in axes of the base, as a force on the
-        coordinates.
-    bent(y) -> Real
-        The part of the range of the coordinates that is used; above 1 a run ends.
+    Parameters
+    ----------
+    Shape : Struct
+        Quantities that depend on the coordinates.
+    Motion : Struct
+        Quantities that depend on the coordinates and their rates.
+    Place : Struct
+        A point of the backbone: ``point`` from the base [m] and ``turn``, a quaternion, in axes of
+        the base, and fields for the functions of a place.
+    shape : wp.Function
+        ``shape(y, table, vehicle) -> Shape``; table and vehicle: the packed coefficients, and their
+        row.
+    motion : wp.Function
+        ``motion(y, shape) -> Motion``.
+    element : wp.Function
+        ``element(plant, shape, motion) -> Element``.
+    full_bias : wp.Function
+        ``full_bias(shape, element, motion, w) -> Bias``, B(z, z) with w = ω.
+    turning_bias : wp.Function or None
+        ``turning_bias(shape, element, motion, w, v) -> Bias``, force and moment of B(z, (v, 0)).
+        Only block-decoupled models call it.
+    bending_bias : wp.Function or None
+        ``bending_bias(shape, element, motion, w, v) -> Bias``, B(z, (v, q̇)). Only block-decoupled
+        models call it.
+    first_bending : wp.Function or None
+        ``first_bending(shape, element, motion, w) -> Bias``, the same with v = 0.
+    own_bending : wp.Function or None
+        ``own_bending(shape, motion) -> Coordinates``, b of a section on a base at rest. Only the
+        model "independent" calls it.
+    joint : wp.Function
+        ``joint(plant, shape, motion) -> Joint``.
+    carried : wp.Function
+        ``carried(plant, shape, motion) -> Carried``, linear and angular acceleration of the tip at
+        ω = 0 and q̈ = 0, in axes of the base.
+    place : wp.Function
+        ``place(y, plant, share) -> Place`` at a share of the length, from 0 to 1.
+    swept_by : wp.Function
+        ``swept_by(place) -> vec3``, its velocity from the rates [m/s], in axes of the base.
+    turned_by : wp.Function
+        ``turned_by(place) -> vec3``, its angular velocity from the rates [rad/s].
+    pushed_by : wp.Function
+        ``pushed_by(place, force, moment) -> Coordinates``, Jᵀ (force, moment): the generalised
+        force of a wrench at the place, in axes of the base.
+    bent : wp.Function
+        ``bent(y) -> Real``, the used share of the coordinates' range; above 1 the run stops.
     """
 
-    Shape: Any
-    Motion: Any
-    Place: Any
-    shape: Any
-    motion: Any
-    element: Any
-    full_bias: Any
-    turning_bias: Any
-    bending_bias: Any
-    first_bending: Any
-    own_bending: Any
-    joint: Any
-    carried: Any
-    place: Any
-    swept_by: Any
-    turned_by: Any
-    pushed_by: Any
-    bent: Any
+    Shape: Struct
+    Motion: Struct
+    Place: Struct
+    shape: wp.Function
+    motion: wp.Function
+    element: wp.Function
+    full_bias: wp.Function
+    turning_bias: wp.Function | None
+    bending_bias: wp.Function | None
+    first_bending: wp.Function | None
+    own_bending: wp.Function | None
+    joint: wp.Function
+    carried: wp.Function
+    place: wp.Function
+    swept_by: wp.Function
+    turned_by: wp.Function
+    pushed_by: wp.Function
+    bent: wp.Function
+
+
+class SymbolicSection(Protocol):
+    """A section in CasADi.
+
+    section: its parameters. motion: velocity of its base and coordinates, as a matrix times the
+    rates z of the vehicle. inertia: its inertia in that motion. bent: used share of the
+    coordinates' range. frame(share): the frame at a share of the length.
+    """
+
+    section: Section
+
+    def frame(self, share: float = 1.0) -> "Frame": ...
+
+    @property
+    def motion(self) -> "SX": ...
+
+    @property
+    def inertia(self) -> "SX": ...
+
+    @property
+    def bent(self) -> "SX": ...
 
 
 @dataclass(frozen=True)
 class SectionKind:
-    """A kind of section, and nothing but what kernels are made for: equal kinds share kernels.
+    """A kind of section, as kernels are compiled for it: equal kinds share kernels.
 
-    Kernels hold coordinates in units of their own, and in them what acts on the coordinates.
+    Kernels hold coordinates, and the generalised forces on them, in units of their own.
+
+    Parameters
+    ----------
+    coordinates : int
+        Number of coordinates.
 
     Attributes
     ----------
-    coordinates : int
-        The number of coordinates.
     name : str
-        The name of the kind, `Section.kind` of its sections.
+        Name of the kind, `Section.kind` of its sections.
     rows, columns : int
-        The size of the table of coefficients of a section.
+        Size of the table of coefficients of a section.
     parameters : tuple of str
         Names of further parameters of a section in the device's `Plant`, one number each.
     polar : bool
-        Whether the coordinates are a bend vector, to which κ and ψa of the paper are polar. Of
+        Whether the coordinates are a bend vector, with the paper's polar coordinates κ and ψa. For
         other kinds the paper's coordinates are the coordinates themselves.
     """
 
@@ -213,7 +255,7 @@ class SectionKind:
         Parameters
         ----------
         section : Section
-            A section whose `kind` is the name of this one.
+            A section whose `kind` is the name of this kind.
 
         Returns
         -------
@@ -222,9 +264,10 @@ class SectionKind:
         """
         return cls(section.coordinates)
 
-    def natural(self, section: Section, runs: int) -> np.ndarray:
-        """Return the natural unit of each coordinate, in which errors of steps are measured, as
-        those of positions are in arm lengths: a radian over the length, unless a kind overrides it.
+    def natural(self, section: Section, runs: int) -> Array:
+        """Return the natural unit of each coordinate, which scales errors of integration steps.
+
+        By default it is one radian over the length.
 
         Parameters
         ----------
@@ -240,8 +283,8 @@ class SectionKind:
         """
         return np.repeat(1.0 / per_run(section.length, runs)[:, None], self.coordinates, axis=1)
 
-    def units(self, section: Section, runs: int) -> np.ndarray:
-        """Return what coordinates are multiplied by in kernels.
+    def units(self, section: Section, runs: int) -> Array:
+        """Return the factor from each coordinate to its unit in kernels.
 
         Parameters
         ----------
@@ -257,7 +300,7 @@ class SectionKind:
         """
         raise NotImplementedError
 
-    def stiffness(self, section: Section, runs: int) -> np.ndarray:
+    def stiffness(self, section: Section, runs: int) -> Array:
         """Return the elastic force per coordinate.
 
         Parameters
@@ -274,7 +317,7 @@ class SectionKind:
         """
         raise NotImplementedError
 
-    def damping(self, section: Section, runs: int) -> np.ndarray:
+    def damping(self, section: Section, runs: int) -> Array:
         """Return the damping force per rate of each coordinate.
 
         Parameters
@@ -291,7 +334,7 @@ class SectionKind:
         """
         raise NotImplementedError
 
-    def pack(self, section: Section, runs: int) -> dict[str, np.ndarray]:
+    def pack(self, section: Section, runs: int) -> dict[str, Array]:
         """Return the further parameters.
 
         Parameters
@@ -308,7 +351,7 @@ class SectionKind:
         """
         return {}
 
-    def table(self, section: Section, runs: int, at: slice) -> np.ndarray:
+    def table(self, section: Section, runs: int, at: slice) -> Array:
         """Return the table of coefficients of some runs.
 
         Parameters
@@ -318,7 +361,7 @@ class SectionKind:
         runs : int
             The number of runs.
         at : slice
-            The runs that are asked for.
+            The requested runs.
 
         Returns
         -------
@@ -327,41 +370,42 @@ class SectionKind:
         """
         raise NotImplementedError
 
-    def symbolic(self, section: Section, base: Any, coordinates: Any, rate: Any, table: Any) -> Any:
-        """Return the section in CasADi, or None for a kind that has no such form.
+    def symbolic(
+        self, section: Section, base: "Frame", coordinates: "SX", rate: "DM", table: Array
+    ) -> SymbolicSection | None:
+        """Return the section in CasADi, or None for a kind without such a form.
 
         Parameters
         ----------
         section : Section
             A section of a vehicle.
         base : Frame
-            The frame at its base, of sections/symbolic.py.
+            The frame at its base (sections/symbolic.py).
         coordinates : SX
             Its coordinates.
         rate : DM
-            What the rates of the coordinates are of the rates of the vehicle, z.
+            Rates of the coordinates, as a matrix times the rates z of the vehicle.
         table : ndarray
             Its table of coefficients.
 
         Returns
         -------
-        object or None
-            An object with `section`, `frame(share)` at a share of the length, `motion` of base and
-            coordinates, `inertia` in that, and `bent`, the part of the range that is used.
+        SymbolicSection or None
+            The section.
         """
         return None
 
     def device(self, numbers: Numbers, tree: Tree, section: int) -> SectionCode:
-        """Return the device code of a section; the same code for the same arguments.
+        """Return the device code of a section; equal arguments return the same object.
 
         Parameters
         ----------
         numbers : Numbers
-            What device code computes with.
+            Precision and lanes of device code.
         tree : Tree
             The arms.
         section : int
-            The index of the section among all of the tree.
+            Index of the section among all sections of the tree.
 
         Returns
         -------

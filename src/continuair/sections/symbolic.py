@@ -1,4 +1,4 @@
-"""Frames that move with an arm, in CasADi."""
+"""Moving frames on an arm, in CasADi."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from casadi import SX
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame that moves with an arm: axes (3, 3), its own to the body's, and, in its own axes,
-    what z moves its origin (3, n) and turns it (3, n) by."""
+    """A moving frame on an arm.
+
+    axes (3, 3): rotation from its own axes to the body's. moves (3, n) and turns (3, n): velocity
+    of its origin and angular velocity, in its own axes, as matrices times the rates z.
+    """
 
     axes: SX
     moves: SX
@@ -19,5 +22,5 @@ class Frame:
 
     @property
     def motion(self) -> SX:
-        """Both (6, n)."""
+        """Return both Jacobians (6, n)."""
         return ca.vertcat(self.moves, self.turns)

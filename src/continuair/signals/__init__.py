@@ -1,4 +1,4 @@
-"""Inputs over time as piecewise polynomials, made once and evaluated at any time."""
+"""Inputs over time as piecewise polynomials, fitted once and evaluated at any time."""
 
 from continuair.signals.approximation import UnresolvedSignal, fit
 from continuair.signals.signal import Signal, constant, from_pieces, sampled

@@ -1,4 +1,4 @@
-"""Adaptive fit of a function of time by a signal, with jumps and kinks located."""
+"""Adaptive fit of a function of time by a signal, with located jumps and kinks."""
 
 from __future__ import annotations
 
@@ -17,30 +17,38 @@ TOLERANCE = 1e-10
 """Largest error of a fit, as a share of a component's largest value."""
 
 SCAN = 0.25e-3
-"""Spacing of the scan [s], which sees pulses of four times that length."""
+"""Spacing of the scan [s]; pulses of four times that length are detected."""
 
 _LEAST_SCAN = 64
 _SHORTEST = 1e-3
-"""Shortest piece, as a share of the scan's spacing; what is not smooth there is a kink."""
+"""Shortest piece, as a share of the scan's spacing; a fit that fails there marks a kink."""
 
 _LAST_DIGITS = 1e-9
-"""Share of a declared jump's time within which a function may still show the other side of it, as
-rounding of the caller's own arithmetic puts a jump a digit beside."""
+"""Relative distance from a declared jump within which the function is not evaluated: rounding in
+the caller's arithmetic may shift the jump by a digit."""
 
 _SHORT = 16.0
-"""A piece that many times shorter than some on both sides may hold what is not smooth."""
+"""Ratio of lengths: a piece so much shorter than pieces on both sides may contain a kink."""
 
 _MOST_CALLS = 400_000
-"""Times at which a function is evaluated at most, for each second of a signal and in all."""
+"""Most evaluation times of a function, per second of a signal, and for shorter signals in all."""
 
 _CHECKS = np.array([-0.83, -0.21, 0.57])
-"""Places within a piece at which a fit is compared with the function, besides the scan."""
+"""Positions within a piece at which a fit is compared with the function, besides the scan."""
 
 _NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 
 
 class UnresolvedSignal(ValueError):
-    """A function of time changes too much to be resolved within the number of calls allowed."""
+    """A function of time that is not resolved within the allowed number of evaluations.
+
+    Parameters
+    ----------
+    calls : int
+        Allowed number of evaluation times.
+    time : float
+        A time at which the function is not resolved [s].
+    """
 
     def __init__(self, calls: int, time: float) -> None:
         super().__init__(f"not resolved within {calls} calls, at t = {time:g} s")
@@ -49,8 +57,10 @@ class UnresolvedSignal(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class _Intervals:
-    """Candidates for pieces, all arrays (n,): ends [s], the run that each is for, and whether it
-    was searched for a jump in vain."""
+    """Candidate intervals for pieces, all arrays (n,).
+
+    start, end [s]; run: index of the run; smooth: whether a search found no jump.
+    """
 
     start: Array
     end: Array
@@ -61,11 +71,11 @@ class _Intervals:
         return len(self.start)
 
     def where(self, chosen: Array) -> _Intervals:
-        """Some of them, by a mask or indices."""
+        """Return a selection, by a mask or indices."""
         return _Intervals(*(each[chosen] for each in self.columns))
 
     def halves(self) -> _Intervals:
-        """Both halves of each."""
+        """Return both halves of each interval."""
         middle = 0.5 * (self.start + self.end)
         return _joined(
             [
@@ -86,7 +96,7 @@ def _joined(parts: list[_Intervals]) -> _Intervals:
 
 @dataclass
 class _Function:
-    """A function of times (n,) -> (n, rows, width), scanned once over its duration."""
+    """A function of times (n,) -> (n, rows, width), and its values at the times of a scan."""
 
     evaluate: Callable[[Array], Array]
     duration: float
@@ -96,28 +106,28 @@ class _Function:
 
     @property
     def rows(self) -> int:
-        """The number of runs that differ, or 1."""
+        """Return the number of runs, or 1 if all are equal."""
         return int(self.scanned.shape[1])
 
     @cached_property
     def scan(self) -> Array:
-        """Times over the duration, jittered: equal spacing would alias."""
+        """Return the times of the scan, jittered because equal spacing would alias."""
         count = max(_LEAST_SCAN, int(np.ceil(self.duration / SCAN)))
         jitter = 0.4 * (np.random.default_rng(1).random(count) - 0.5)
         return np.asarray((np.arange(count) + 0.5 + jitter) * (self.duration / count))
 
     @cached_property
     def scanned(self) -> Array:
-        """Values at the scan's times."""
+        """Return the values at the times of the scan."""
         return self(self.scan)
 
     @cached_property
     def moving(self) -> Array:
-        """The components that change between the scan's times, by their indices."""
+        """Return the indices of the components that change between the times of the scan."""
         return np.flatnonzero((self.scanned != self.scanned[:1]).any(axis=(0, 1)))
 
     def __call__(self, times: Array) -> Array:
-        """Values (*times.shape, rows, width)."""
+        """Return values (*times.shape, rows, width)."""
         self.calls += times.size
         most = int(_MOST_CALLS * max(1.0, self.duration))
         if self.calls > most:
@@ -133,33 +143,36 @@ def fit(
     jumps: Sequence[float] = (),
     alike: Sequence[slice] = (),
 ) -> Signal:
-    """Fit a function of time by pieces of polynomials, each run by its own.
-
-    A piece is a polynomial through Chebyshev-Lobatto nodes. Where it misses a point of the scan or
-    one of three more by over 1e-10 of the largest value, it is halved. In short pieces that still
-    miss, differences are bisected: a jump is located to the last digit, and what is not smooth in
-    a piece of 0.25 µs is a kink. Jumps and kinks are breakpoints. The pieces of a run do not depend
-    on the other runs.
+    """Fit a function of time by piecewise polynomials, with pieces of its own for each run.
 
     Parameters
     ----------
     evaluate : callable
-        Times (n,) [s] to values (n, rows, width).
+        Function of times (n,) [s] that returns values (n, rows, width).
     duration : float
-        The signal covers [0, duration] [s].
+        Length of the signal, which covers [0, duration] [s].
     jumps : sequence of float
         Times of known jumps [s].
     alike : sequence of slice
-        Components of one unit, of which those below 1e-3 of the largest are fitted less closely.
+        Components of one unit; those below 1e-3 of the largest are fitted less closely.
 
     Returns
     -------
     Signal
+        The fit, with a relative error up to 1e-10 of each component's largest value.
 
     Raises
     ------
     UnresolvedSignal
-        If the function changes too fast for the number of calls allowed.
+        If the function is not resolved within the allowed number of evaluations.
+
+    Notes
+    -----
+    A piece interpolates the function at Chebyshev-Lobatto nodes. It is halved if the error at a
+    point of the scan, or at one of three more points, exceeds 1e-10 of the largest value. In short
+    pieces whose error remains too large, differences are bisected: a jump is located to the last
+    digit. A piece of 0.25 µs whose error remains too large is a kink. Jumps and kinks are
+    breakpoints. The pieces of a run do not depend on the other runs.
     """
     function = _Function(evaluate, duration)
     seen = function.scanned
@@ -172,8 +185,8 @@ def fit(
     function.jumps = edges
     known = [(float(t), float(t)) for t in edges[1:-1]]
     found = _fitted_between(function, {run: (known, []) for run in range(rows)})
-    # Halving ends up in ever shorter pieces around what is not smooth. Where those are pieces of
-    # their own, long ones fit on both sides.
+    # Halving leaves ever shorter pieces around a kink. With a breakpoint there, long pieces fit on
+    # both sides.
     again = {
         run: ([*known, *borders], row.gaps)
         for run, row in found.items()
@@ -189,7 +202,7 @@ def fit(
 
 
 def _ends(gaps: list[_Gap]) -> list[float]:
-    """Ends of gaps in order; gaps that touch count as one, as no piece lies between them."""
+    """Return the ends of gaps in order; adjacent gaps count as one."""
     found: list[float] = []
     for left, right in sorted(gaps):
         if found and left <= found[-1]:
@@ -199,7 +212,7 @@ def _ends(gaps: list[_Gap]) -> list[float]:
 
 
 _Gap = tuple[float, float]
-"""The last number before and the first one after a jump or a kink."""
+"""Last number before and first number after a jump or a kink."""
 
 
 @dataclass
@@ -213,7 +226,7 @@ class _Row:
 def _fitted_between(
     function: _Function, cuts: dict[int, tuple[list[_Gap], list[_Gap]]]
 ) -> dict[int, _Row]:
-    """Fit some runs between cuts; cuts: of each run, and those gaps among them that were found."""
+    """Fit some runs between cuts; cuts: of each run, all cuts and those found as gaps."""
     found = {run: _Row(list(gaps)) for run, (_, gaps) in cuts.items()}
     between = []
     for run, (own, _) in cuts.items():
@@ -232,12 +245,12 @@ def _fitted_between(
 
 
 def _borders(row: _Row) -> list[_Gap]:
-    """The gaps of a run, and the ends of stretches much shorter than pieces on both sides."""
+    """Return the gaps of a run, and the ends of pieces much shorter than those on both sides."""
     starts, ends = np.array([piece[:2] for piece in row.pieces]).T
     lengths = ends - starts
     before = np.maximum.accumulate(lengths)
     after = np.maximum.accumulate(lengths[::-1])[::-1]
-    # Of neighbours of one length, each may hold what makes them short.
+    # Of neighbours of one length, each may contain the kink.
     short = np.append(np.inf, lengths[:-1]) >= lengths
     short &= np.append(lengths[1:], np.inf) >= lengths
     short &= (_SHORT * lengths < before) & (_SHORT * lengths < after)
@@ -249,7 +262,7 @@ def _borders(row: _Row) -> list[_Gap]:
 
 
 def _scale_of(seen: Array, alike: Sequence[slice]) -> Array:
-    """Largest values (rows, width), by which errors are measured."""
+    """Return the largest values (rows, width), which scale errors."""
     own = np.abs(seen).max(axis=0)
     scale = own.copy()
     for where in alike:
@@ -259,7 +272,7 @@ def _scale_of(seen: Array, alike: Sequence[slice]) -> Array:
 
 
 def _one_level(function: _Function, todo: _Intervals, found: dict[int, _Row]) -> _Intervals:
-    """Fit all intervals at once; keep what fits as pieces, and return what is left."""
+    """Fit all intervals at once; store good fits as pieces, and return the remaining intervals."""
     values, powers = _fitted(function, todo)
     misses = _misses(function, todo, powers)
     spacing = function.duration / len(function.scan)
@@ -287,13 +300,15 @@ def _one_level(function: _Function, todo: _Intervals, found: dict[int, _Row]) ->
 
 
 def _fitted(function: _Function, of: _Intervals) -> tuple[Array, Array]:
-    """Values at the nodes (n, nodes, width) of intervals, and the coefficients (n, width, terms) of
-    the polynomials through them."""
+    """Return values at the nodes (n, nodes, width) of intervals, and interpolating coefficients.
+
+    The coefficients have shape (n, width, terms).
+    """
     ends, which = np.unique(np.stack([of.start, of.end], axis=1), axis=0, return_inverse=True)
     which = which.ravel()
     middle, half = ends.mean(axis=1)[:, None], 0.5 * np.diff(ends, axis=1)
     times = middle + half * _NODES
-    # At known jumps, function values are taken on the interval's own side.
+    # At known jumps, the function is evaluated on the interval's side.
     at_jump = np.isin(ends, function.jumps)
     off = np.where(at_jump, np.minimum(_LAST_DIGITS * np.abs(ends), 1e-3 * half), 0.0)
     start, end = ends[:, 0] + off[:, 0], ends[:, 1] - off[:, 1]
@@ -306,11 +321,12 @@ def _fitted(function: _Function, of: _Intervals) -> tuple[Array, Array]:
 
 
 def _through(values: Array, places: Array) -> Array:
-    """Coefficients (intervals, width, terms) of the polynomials through values (intervals, nodes,
-    width) at places (intervals, nodes), the highest power first, by Björck and Pereyra (1970).
+    """Return coefficients (intervals, width, terms) of interpolating polynomials.
 
-    Number by number: sums of a matrix product are rounded by their size and by the processor, and a
-    run is to have the same signal alone, in a batch and elsewhere.
+    values: (intervals, nodes, width) at places (intervals, nodes). The highest power comes first;
+    algorithm of Björck and Pereyra (1970). It works element by element, because the rounding of
+    matrix products depends on their size and on the processor: a run has the same signal alone, in
+    a batch and on any machine.
     """
     found, x = np.moveaxis(values, 1, 0).copy(), places.T[..., None]
     for k in range(DEGREE):
@@ -321,19 +337,19 @@ def _through(values: Array, places: Array) -> Array:
 
 
 def _misses(function: _Function, of: _Intervals, powers: Array) -> Array:
-    """Whether fits (n, width, terms) miss the function, within their intervals (n,)."""
+    """Return whether fits (n, width, terms) exceed the tolerance in their intervals (n,)."""
     middle, half = 0.5 * (of.start + of.end), 0.5 * (of.end - of.start)
     run = of.run if function.rows > 1 else np.zeros(len(of), int)
     allowed = TOLERANCE * function.scale[run]
     times, which = np.unique(middle[:, None] + half[:, None] * _CHECKS, return_inverse=True)
     asked = function(times)[which.reshape(-1, len(_CHECKS)), run[:, None]]
-    # Of components that the scan finds still, no fit may bend anywhere.
+    # Components that are constant in the scan must be constant in every fit.
     moving = function.moving
     bends = np.abs(powers[..., :-1]).max(axis=-1) > allowed
     missed = np.delete(bends, moving, axis=1).any(axis=1)
     for u, values in zip(_CHECKS, np.moveaxis(asked, 1, 0), strict=True):
         missed |= (np.abs(_evaluated(powers, u) - values) > allowed).any(axis=-1)
-    # The scan of the others, only where those three fit.
+    # Compare the others with the scan, only where those three points fit.
     powers, allowed = powers[:, moving], allowed[:, moving]
     left = np.flatnonzero(~missed)
     first, last = np.searchsorted(function.scan, np.stack([of.start[left], of.end[left]]))
@@ -345,7 +361,7 @@ def _misses(function: _Function, of: _Intervals, powers: Array) -> Array:
 
 
 def _evaluated(powers: Array, u: float | Array) -> Array:
-    """Polynomials (..., terms) at a place within their pieces."""
+    """Evaluate polynomials (..., terms) at a position within their pieces."""
     found = powers[..., 0]
     for term in range(1, powers.shape[-1]):
         found = found * u + powers[..., term]
@@ -353,7 +369,7 @@ def _evaluated(powers: Array, u: float | Array) -> Array:
 
 
 def _jump(function: _Function, of: _Intervals, ends: Array) -> tuple[float, float] | None:
-    """Neighbouring numbers between which a run jumps, in one interval; None where it is continuous.
+    """Return the adjacent numbers between which a run jumps in one interval, or None.
 
     ends: values (2, width) at the interval's ends.
     """
@@ -375,5 +391,5 @@ def _jump(function: _Function, of: _Intervals, ends: Array) -> tuple[float, floa
             a, before = middle, value
         if level == 12 and np.abs(after - before).max() < 0.05 * first:
             return None
-    # Where the ends differ by rounding alone, differences of rounding were bisected.
+    # If the ends differ by rounding alone, rounding was bisected.
     return (a, b) if np.abs(after - before).max() > TOLERANCE else None

@@ -1,64 +1,70 @@
-"""A signal: a piecewise polynomial of time, of each run or one for all."""
+"""Signals: piecewise polynomials of time, one for each run or one for all."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
+import numpy.typing as npt
 
-Array = np.ndarray
+from continuair.typing import Array, ArrayLike
+
+Side = Literal["right", "left"]
+"""One-sided limit at a jump."""
 
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """Values over time, each run's own or one row for all.
+    """Values over time, with one row for each run or one row for all.
 
-    Attributes
+    Parameters
     ----------
     first : ndarray of int, shape (rows + 1,)
-        The pieces of row r are first[r] to first[r + 1], in order of time.
+        Row r consists of the pieces ``first[r]`` to ``first[r + 1]``, in order of time.
     edges : ndarray, shape (pieces, 2)
         Start and end of each piece [s].
     coefficients : ndarray, shape (pieces, width, terms)
-        Of powers of u, from -1 at the start of a piece to 1 at its end, the highest first.
+        Coefficients of powers of u, the highest first. u is -1 at the start of a piece, 1 at its
+        end.
     breaks : tuple of ndarray, one per row
-        Times inside the signal at which integration steps have to end [s]: jumps and kinks.
+        Breakpoints [s]: jumps and kinks, at which integration steps must end.
     """
 
-    first: Array
+    first: npt.NDArray[np.int64]
     edges: Array
     coefficients: Array
     breaks: tuple[Array, ...]
 
     @property
     def rows(self) -> int:
-        """The number of runs with a signal of their own, or 1."""
+        """Return the number of rows: the number of runs, or 1 for one signal for all."""
         return len(self.first) - 1
 
     @property
     def width(self) -> int:
-        """The number of values at a time."""
+        """Return the number of components."""
         return self.coefficients.shape[1]
 
     @property
     def is_constant(self) -> bool:
-        """Whether the values are the same at all times."""
+        """Return whether the values are the same at all times."""
         return len(self.edges) == self.rows and self.coefficients.shape[2] == 1
 
-    def __call__(self, times: ArrayLike, side: str = "right") -> Array:
+    def __call__(self, times: ArrayLike, side: Side = "right") -> Array:
         """Return the values at some times.
 
         Parameters
         ----------
         times : array_like, shape (n,)
             Times [s].
-        side : {"right", "left"}
-            The limit that is returned at a jump.
+        side : {"right", "left"}, default "right"
+            One-sided limit that is returned at a jump.
 
         Returns
         -------
         ndarray, shape (n, rows, width)
+            The values.
         """
         times = np.atleast_1d(np.asarray(times, float))
         out = np.empty((len(times), self.rows, self.width))
@@ -67,7 +73,7 @@ class Signal:
             out[:, row] = self._of_row(pieces, times, side)
         return out
 
-    def _of_row(self, pieces: slice, times: Array, side: str) -> Array:
+    def _of_row(self, pieces: slice, times: Array, side: Side) -> Array:
         start, end = self.edges[pieces].T
         at = np.clip(
             np.searchsorted(start, times, "right" if side == "right" else "left") - 1, 0, None
@@ -80,11 +86,33 @@ class Signal:
         return found
 
     def scaled(self, factor: float) -> Signal:
-        """Return the signal times a factor."""
+        """Return the signal times a factor.
+
+        Parameters
+        ----------
+        factor : float
+            Factor of all values.
+
+        Returns
+        -------
+        Signal
+            The scaled signal.
+        """
         return replace(self, coefficients=factor * self.coefficients)
 
-    def of_runs(self, runs: Array) -> Signal:
-        """Return the signal of some runs, by their indices; one row serves all."""
+    def of_runs(self, runs: npt.NDArray[np.intp]) -> Signal:
+        """Return the signal of some runs.
+
+        Parameters
+        ----------
+        runs : ndarray of int, shape (n,)
+            Indices of the runs.
+
+        Returns
+        -------
+        Signal
+            Signal of n rows; a signal of one row is returned unchanged.
+        """
         if self.rows == 1:
             return self
         counts = np.diff(self.first)[runs]
@@ -95,32 +123,50 @@ class Signal:
 
 
 def constant(values: ArrayLike, duration: float) -> Signal:
-    """Return a signal of constant values, shape (width,) or (rows, width), over a duration [s]."""
+    """Return a constant signal.
+
+    Parameters
+    ----------
+    values : array_like, shape (width,) or (rows, width)
+        The values.
+    duration : float
+        Length of the signal [s].
+
+    Returns
+    -------
+    Signal
+        One constant piece per row.
+    """
     rows = np.atleast_2d(np.asarray(values, float))
     edges = np.broadcast_to([0.0, duration], (len(rows), 2))
     first, none = np.arange(len(rows) + 1), np.zeros(0)
     return Signal(first, edges, rows[..., None], (none,) * len(rows))
 
 
-def sampled(knots: ArrayLike, step: float, duration: float) -> Signal:
-    """Return values at knots that are a time step apart [s], straight between them.
+def sampled(samples: ArrayLike, step: float, duration: float) -> Signal:
+    """Return a signal that interpolates equidistant samples linearly.
 
     Parameters
     ----------
-    knots : array_like, shape (rows, n, width)
-        Values at 0, step, 2 step and so on; at least until the duration.
+    samples : array_like, shape (rows, n, width)
+        Values at 0, step, 2 step and so on, at least up to the duration.
     step : float
-        Time between knots [s].
+        Time between samples [s].
     duration : float
-        Length of the signal [s]; steps may pass over knots, but no farther than one at a time.
+        Length of the signal [s].
+
+    Returns
+    -------
+    Signal
+        The signal. Samples are not breakpoints: an integration step may pass over one.
     """
-    knots = np.asarray(knots, float)
-    pieces = min(knots.shape[1] - 1, max(1, int(np.ceil(duration / step * (1.0 - 1e-12)))))
+    values = np.asarray(samples, float)
+    pieces = min(values.shape[1] - 1, max(1, int(np.ceil(duration / step * (1.0 - 1e-12)))))
     times = step * np.arange(pieces + 1)
     edges = np.stack([times[:-1], times[1:]], axis=1)
-    before, after = knots[:, :pieces], knots[:, 1 : pieces + 1]
+    before, after = values[:, :pieces], values[:, 1 : pieces + 1]
     slopes = np.stack([0.5 * (after - before), 0.5 * (after + before)], axis=-1)
-    rows, width = len(knots), knots.shape[-1]
+    rows, width = len(values), values.shape[-1]
     return Signal(
         pieces * np.arange(rows + 1),
         np.tile(edges, (rows, 1)),
@@ -130,7 +176,21 @@ def sampled(knots: ArrayLike, step: float, duration: float) -> Signal:
 
 
 def from_pieces(rows: list[list[tuple[float, float, Array]]], breaks: list[list[float]]) -> Signal:
-    """Return a signal of pieces (start, end, coefficients (width, terms)) of each row, in order."""
+    """Return a signal of given pieces.
+
+    Parameters
+    ----------
+    rows : list of list of tuple
+        Pieces (start [s], end [s], coefficients) of each row, in order of time. The coefficients
+        (width, terms) are those of `Signal`.
+    breaks : list of list of float
+        Breakpoints of each row [s].
+
+    Returns
+    -------
+    Signal
+        The signal.
+    """
     first = np.append(0, np.cumsum([len(pieces) for pieces in rows]))
     edges = np.array([[a, b] for pieces in rows for a, b, _ in pieces])
     coefficients = np.array([of for pieces in rows for _, _, of in pieces])

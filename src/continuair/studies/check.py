@@ -1,4 +1,4 @@
-"""What follows from a vehicle's parameters, as lines of names and values."""
+"""Properties that follow from a vehicle's parameters, as lines of names and values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from continuair.analysis.beam import curvature_error
 from continuair.analysis.excited import excited_arm, name_of_excited_arm
 from continuair.analysis.groups import GRAVITY, place
-from continuair.analysis.modes import modes
+from continuair.analysis.modes import Base, modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import InputError
@@ -28,17 +28,17 @@ PHASE = 0.2
 """Of the fastest mode in a fixed step of RK4 that follows it [rad]."""
 
 BENT = 1.0
-"""Angle by which the arm that carries the camera is bent to see what rotors have left [rad]."""
+"""Angle by which the arm with the camera is bent to compute the rotors' margin [rad]."""
 
 _SIDES = 72
-"""Directions that it is bent to: the busiest rotor's is met to 1e-3 of what the bend adds."""
+"""Directions of that bend: the worst one is met to 1e-3 of the bend's effect."""
 
 _ALIKE = 1e-3
 """Frequencies that differ by less than this share are shown once."""
 
 
 def at_rest(vehicle: Vehicle) -> Trim | None:
-    """The hover that straight arms sink into; None where there is none below a full circle."""
+    """Return the equilibrium hover of the arms; None if there is none below a full circle."""
     try:
         return trim(vehicle)
     except InputError:
@@ -46,7 +46,7 @@ def at_rest(vehicle: Vehicle) -> Trim | None:
 
 
 def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
-    """Masses, couplings, sections, sag, rates and the error of constant curvature, by name.
+    """Return masses, couplings, sections, sag, rates and the error of constant curvature, by name.
 
     rest: of `at_rest`.
     """
@@ -68,7 +68,7 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 
 def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
-    """Modes of straight arms without gravity, and about `at_rest` with it; as MODES has them."""
+    """Return modes of straight arms without gravity, and about `at_rest` with it, as in MODES."""
     if not vehicle.arms:
         return []
     straight = np.zeros(vehicle.layout.coordinates)
@@ -105,7 +105,7 @@ def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 
 def _of_hover(vehicle: Vehicle) -> Lines:
-    """What the busiest rotor of a vehicle without arms has left of its thrust, hovering."""
+    """Return the thrust margin of the busiest rotor of a vehicle without arms in hover."""
     rotors = vehicle.uav.rotors
     if rotors is None:
         return []
@@ -115,8 +115,10 @@ def _of_hover(vehicle: Vehicle) -> Lines:
 
 
 def _of_rotors(vehicle: Vehicle) -> Lines:
-    """What the busiest rotor has left of its thrust, hovering with a straight arm and with one that
-    is bent to any side, in their wash."""
+    """Return the thrust margin of the busiest rotor in hover, arm straight or bent to any side.
+
+    Rotor wash is included.
+    """
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
@@ -133,8 +135,10 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
 
 
 def _left(thrusts: np.ndarray, aside: np.ndarray, rotors: Rotors) -> str:
-    """What is left of the greatest of thrusts (ways, rotors), or why they cannot be given, or hold
-    no level vehicle, as they push it aside (ways,) [N]."""
+    """Return the margin of the largest thrusts (ways, rotors), or why hover is not possible.
+
+    aside (ways,): horizontal force of the rotors on the level vehicle [N].
+    """
     if aside.max() > 0.0:
         return f"none: rotors that lean push a level vehicle sideways by {aside.max():.3g} N"
     least, most = thrusts.min(), thrusts.max()
@@ -145,8 +149,8 @@ def _left(thrusts: np.ndarray, aside: np.ndarray, rotors: Rotors) -> str:
     return f"none: a rotor would have to give {worst:.3g} N of {lowest:g} to {highest:g}"
 
 
-def _told(vehicle: Vehicle, q: np.ndarray, base: str, gravity: float) -> tuple[str, str, str]:
-    """Different frequencies [rad/s] in order; the lowest [Hz], and its damping ratio."""
+def _told(vehicle: Vehicle, q: np.ndarray, base: Base, gravity: float) -> tuple[str, str, str]:
+    """Return distinct frequencies [rad/s] in order; the lowest [Hz], and its damping ratio."""
     try:
         found = modes(vehicle, q, base=base, gravity=gravity)
     except InputError:

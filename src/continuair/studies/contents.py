@@ -1,4 +1,4 @@
-"""What a result folder holds, read back."""
+"""Result folders read back."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from continuair.errors import InputError
 from continuair.files import (
@@ -19,29 +19,61 @@ from continuair.files import (
 )
 from continuair.studies.results import MARKER, UNFINISHED, bare
 
+Json: TypeAlias = dict[str, Any]
+"""A JSON object."""
+
 
 @dataclass(frozen=True)
 class Contents:
-    """One study's results: its JSON, its table in Markdown, its figures, and those of its parts.
+    """The results of one study, read from its folder.
 
-    command: what makes them again; figures: paths by name, of the smallest file of each.
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    study : str
+        Name of the study.
+    version : str
+        Version of the package that wrote it.
+    command : str
+        Command line that repeats the study.
+    results : dict
+        Its JSON.
+    table : str
+        Its table in Markdown.
+    figures : dict of str to Path
+        The smallest file of each figure, by name.
+    parts : list of Contents
+        Results of the study's parts.
     """
 
     path: Path
     study: str
     version: str
     command: str
-    results: dict[str, Any]
+    results: Json
     table: str
     figures: dict[str, Path]
     parts: list[Contents]
 
 
 def read(folder: str | os.PathLike[str]) -> Contents:
-    """Read a result folder, and those inside it.
+    """Read a result folder and those inside it.
 
-    Raises InputError, in one sentence, if it is none, is incomplete, damaged, or of a version to
-    come.
+    Parameters
+    ----------
+    folder : str or path-like
+        The folder.
+
+    Returns
+    -------
+    Contents
+        Its results.
+
+    Raises
+    ------
+    InputError
+        If it is no result folder, or is incomplete, damaged, or of a later version.
     """
     path = user_path("folder", folder)
     try:
@@ -53,7 +85,20 @@ def read(folder: str | os.PathLike[str]) -> Contents:
 
 
 def damaged(path: Path, error: Exception) -> InputError:
-    """The refusal of a folder whose files are not as a study writes them."""
+    """Return the error of a folder whose files are damaged.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    error : Exception
+        The error that reading raised.
+
+    Returns
+    -------
+    InputError
+        An error that names folder, reason and remedy.
+    """
     return InputError(
         f"folder is {printed(path)}, whose results cannot be read ({reason(error)}); run the "
         "study again."
@@ -90,7 +135,7 @@ def _read(path: Path) -> Contents:
 
 
 def _text(path: Path) -> str:
-    """The text of a plain file: no link is followed, and nothing that may never end is read."""
+    """Return the text of a regular file; follow no link, and read nothing that may never end."""
     if path.is_symlink():
         raise ValueError(f"{path.name} is a link")
     check_regular("folder", path)
@@ -98,7 +143,7 @@ def _text(path: Path) -> str:
 
 
 def _object(value: str | Any) -> dict[str, Any]:
-    """A JSON object, from its text or already read."""
+    """Return a JSON object, from its text or already read."""
     found = json.loads(value) if isinstance(value, str) else value
     if not isinstance(found, dict):
         raise ValueError("what should be a JSON object is none")
@@ -106,7 +151,7 @@ def _object(value: str | Any) -> dict[str, Any]:
 
 
 def _figures(path: Path, files: set[str]) -> dict[str, Path]:
-    """The smallest of the files of each figure, as drawing or as picture."""
+    """Return the smallest file of each figure, SVG or PNG, by name."""
     found: dict[str, Path] = {}
     for name in sorted(files):
         file = path / name

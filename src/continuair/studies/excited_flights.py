@@ -1,9 +1,8 @@
-"""Flights of the standard excitations, in a loop or in none, as `advise` and the controlled atlas
-fly them, and what of them counts.
+"""Flights of the standard excitations, with or without a loop, for `advise` and the atlas.
 
-In a loop a load swells over the first two fifths of a flight, and the rest counts: three cycles at
-the least. Without one nothing settles, and all of a flight counts. An error is the larger of the
-tip's RMSE over the arm's length and the RMS angle between the tips [rad].
+In a loop a load grows over the first two fifths of a flight. The rest, at least three cycles, is
+evaluated. Without a loop nothing settles, and the whole flight is evaluated. An error is the larger
+of the tip's RMSE over the arm's length and the RMS angle between the tips [rad].
 """
 
 from __future__ import annotations
@@ -29,6 +28,7 @@ from continuair.studies.standard_excitations import (
 )
 from continuair.studies.standard_loops import OWN
 from continuair.sweeps import run_pairs
+from continuair.typing import Model
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
 
@@ -61,12 +61,12 @@ class Loop:
 
     @property
     def closed(self) -> bool:
-        """Whether anything holds the hover."""
+        """Whether a controller holds the hover."""
         return self.name != "none"
 
     @property
     def settles(self) -> bool:
-        """Whether it holds the place, too, so that what a load does is the same after a while."""
+        """Whether it holds the position too, so that the response to a load becomes periodic."""
         return self.name in ("position", OWN)
 
 
@@ -82,7 +82,7 @@ def least_periods(frequency: Any) -> Any:
 def excited(
     vehicle: Vehicle, name: str, frequency: Any, loop: Loop, periods: float = PERIODS
 ) -> Scenario:
-    """A standard excitation, moderate as it is by default; in a loop it swells."""
+    """Return a standard excitation, by default moderate; in a loop it grows from zero."""
     scenario = standard_scenario(
         name,
         vehicle,
@@ -98,9 +98,9 @@ def excited(
 
 
 def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:
-    """Time between samples that are compared, and from when they count [s].
+    """Return the time between samples that are compared, and the start of the comparison [s].
 
-    In a loop samples are at instants at which it acts, or between them.
+    In a loop, samples are at control instants or between them.
     """
     sample, period = max(sample_time(vehicle), scenario.duration / MOST_SAMPLES), scenario.period
     if period is None:
@@ -117,7 +117,7 @@ def flown_errors(
     frequency: Any,
     loop: Loop,
     periods: float = PERIODS,
-    models: Sequence[str] = SIMPLER,
+    models: Sequence[Model] = SIMPLER,
 ) -> dict[str, Array]:
     """Error (runs,) of each model; infinite where its flight ended early, NaN where that of the
     coupled one did, beside which there is none.
@@ -137,7 +137,9 @@ def flown_errors(
 
 
 def error_of(found: Any, vehicle: Vehicle) -> Array:
-    """The larger of the tip's RMSE over the arm's length and the RMS angle; infinite if it ended
-    early."""
+    """Return the larger of the tip's RMSE over the arm's length and the RMS angle.
+
+    It is infinite if the flight ended early.
+    """
     tip = np.asarray(found["rmse_t_m"]) / np.asarray(excited_arm(vehicle).length)
     return np.nan_to_num(np.maximum(tip, found["angle_rad"]), nan=np.inf)

@@ -1,4 +1,4 @@
-"""Results of studies: as JSON, and the folder that holds them; nothing outside is touched."""
+"""Results of studies: as JSON, and in a folder of their own."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MARKER = ".continuair"
-"""The file that says of a folder that it holds results, and which files they are."""
+"""The file that marks a folder of results, and lists its files."""
 
 UNFINISHED = "INCOMPLETE.txt"
 """The file that a folder holds from its first result until all are written."""
@@ -28,15 +28,29 @@ _WARNING = "Writing these results was interrupted: some are missing. Run the stu
 
 
 class ResultFolder:
-    """A folder that holds the results of one study, and of nobody else.
+    """The folder of one study's results.
 
-    A new or empty folder is taken, and one that this study has written to before. A marker in it
-    lists the files of the study: only those are replaced or removed, and no link is followed. The
-    first file written removes those of the run before, so that a folder never mixes two runs, and
-    until `finish` the folder says that it is incomplete. As a context manager it gives up a folder
-    that it has newly taken if an error comes before the first result, and tells one of writing.
-    Folders of parts inside it are the study's own too. command: what makes these results again.
-    Raises InputError if the folder holds other things or cannot be written to.
+    Parameters
+    ----------
+    path : str or path-like
+        A new or empty folder, or one that the same study has written to before.
+    study : str
+        Name of the study.
+    command : str, optional
+        Command line that repeats the study.
+
+    Raises
+    ------
+    InputError
+        If the folder holds other things or cannot be written to.
+
+    Notes
+    -----
+    A marker in the folder lists the study's files. Only those are replaced or removed, and no link
+    is followed. The first file written removes those of the run before, so that a folder never
+    mixes two runs. Until `finish` the folder is marked as incomplete. As a context manager it
+    removes a folder that it created if an error occurs before the first result, and reports errors
+    of writing. Folders of parts inside it belong to the study too.
     """
 
     def __init__(self, path: str | os.PathLike[str], study: str, command: str = "") -> None:
@@ -66,18 +80,60 @@ class ResultFolder:
             raise self._unusable(error) from None
 
     def file(self, name: str) -> Path:
-        """Return the path of a file of the study, which is now the study's to replace."""
+        """Return the path of a file of the study, and allow it to be replaced.
+
+        Parameters
+        ----------
+        name : str
+            Name of the file.
+
+        Returns
+        -------
+        Path
+            Its path.
+
+        Raises
+        ------
+        InputError
+            If a link, a folder or a file of other origin has this name.
+        """
         self.begin()
         self._claim(name)
         return self.path / name
 
     def write_text(self, name: str, text: str) -> None:
-        """Write a text file of the study."""
+        """Write a text file of the study.
+
+        Parameters
+        ----------
+        name : str
+            Name of the file.
+        text : str
+            Its content.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
         with self._writing():
             self.file(name).write_text(text, encoding="utf-8")
 
     def write_dataset(self, name: str, dataset: xr.Dataset) -> None:
-        """Write a dataset of the study as netCDF."""
+        """Write a dataset of the study as netCDF.
+
+        Parameters
+        ----------
+        name : str
+            Name of the file.
+        dataset : xarray.Dataset
+            The dataset.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
         with self._writing():
             # In memory first: HDF5 crashes at the end of a process whose disk was full.
             content = dataset.to_netcdf(engine="h5netcdf")
@@ -85,13 +141,29 @@ class ResultFolder:
 
     def store(
         self,
-        results: dict[str, Any],
+        results: Mapping[str, object],
         table: str,
-        rows: Iterable[Mapping[str, Any]] = (),
+        rows: Iterable[Mapping[str, object]] = (),
         datasets: Mapping[str, xr.Dataset] | None = None,
     ) -> None:
-        """Write results as <study>.json, the table as table.md, rows as <study>.csv if there are
-        any, and every dataset as <study>_<name>.nc."""
+        """Write results as JSON, a table, rows as CSV, and datasets as netCDF.
+
+        Parameters
+        ----------
+        results : mapping
+            Written to <study>.json.
+        table : str
+            Markdown, written to table.md.
+        rows : iterable of mappings, optional
+            Written to <study>.csv if there are any.
+        datasets : mapping of str to xarray.Dataset, optional
+            Written to <study>_<name>.nc.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be written.
+        """
         self.write_text(f"{self.study}.json", as_json(results))
         self.write_text("table.md", table)
         if rows := list(rows):
@@ -100,12 +172,23 @@ class ResultFolder:
             self.write_dataset(f"{self.study}_{name}.nc", dataset)
 
     def begin(self) -> None:
-        """Say that results are on their way, as the first file does."""
+        """Mark the folder as incomplete, as writing the first file does."""
         if not self._written:
             self._start()
 
     def check_parts(self, names: Iterable[str]) -> None:
-        """Raise InputError if a part's place is taken by something that this study did not make."""
+        """Raise InputError if a part's folder exists and is not this study's.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Names of parts.
+
+        Raises
+        ------
+        InputError
+            If one of them is a link, or was not written by this study.
+        """
         for name in names:
             ours = name in self._parts | self._earlier_parts
             if os.path.lexists(self.path / name) and (not ours or (self.path / name).is_symlink()):
@@ -115,7 +198,23 @@ class ResultFolder:
                 )
 
     def part(self, name: str) -> Path:
-        """Return the path of the folder of a part, which is the study's now."""
+        """Return the path of the folder of a part, and reserve it for the study.
+
+        Parameters
+        ----------
+        name : str
+            Name of the part.
+
+        Returns
+        -------
+        Path
+            Its path.
+
+        Raises
+        ------
+        InputError
+            If it is a link, or was not written by this study.
+        """
         self.begin()
         self.check_parts([name])
         self._parts.add(name)
@@ -123,7 +222,7 @@ class ResultFolder:
         return self.path / name
 
     def finish(self) -> None:
-        """Say that all results are written; a run without any removes those of the run before."""
+        """Mark all results as written; a run without any removes those of the run before."""
         self._remove(self._stale)
         self._remove({UNFINISHED} & self._written)
         self._stale = set()
@@ -131,7 +230,7 @@ class ResultFolder:
         self._mark(self._written)
 
     def _start(self) -> None:
-        """Replace the results of the run before by the word that these are incomplete."""
+        """Replace the results of the run before by a note that these are incomplete."""
         self._claim(UNFINISHED)
         with self._writing():
             (self.path / UNFINISHED).write_text(_WARNING, encoding="utf-8")
@@ -148,7 +247,7 @@ class ResultFolder:
             )
         self._written.add(name)
         self._mark(self._stale | self._written)
-        # What is written is a new file: the old one may have another name elsewhere.
+        # A new file is written: the old one may have another name elsewhere.
         self._remove([name])
 
     def _check_file(self, name: str) -> None:
@@ -178,7 +277,7 @@ class ResultFolder:
         return missing[::-1]
 
     def _results(self) -> list[str]:
-        """The results that have been written, whole or in part."""
+        """Return the names of results that have been written, whole or in part."""
         return [name for name in self._written - {UNFINISHED} if (self.path / name).exists()]
 
     def _give_up(self) -> None:
@@ -242,7 +341,7 @@ class ResultFolder:
 
 
 def _read(marker: Path) -> tuple[str, set[str], set[str]]:
-    """The study that made a folder, its files and its parts."""
+    """Return the study that made a folder, its files and its parts."""
     try:
         content = json.loads(marker.read_text(encoding="utf-8"))
         parts = {*content.get("parts", ()), *content.get("earlier_parts", ())}
@@ -252,14 +351,31 @@ def _read(marker: Path) -> tuple[str, set[str], set[str]]:
 
 
 def bare(names: Iterable[Any]) -> set[str]:
-    """Return those that are plain names of files: a marker cannot lead to others elsewhere."""
+    """Return plain file names only, so that a marker cannot refer to files elsewhere."""
     return {name for name in names if isinstance(name, str) and Path(name).name == name}
 
 
 def add_file(folder: Path, name: str, text: str) -> Path:
-    """Add a text file to a study's finished folder, or replace it if the study wrote it.
+    """Add a text file to a study's finished folder, or replace it.
 
-    Raises InputError if somebody else's file or a link is in its place, or it cannot be written.
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    name : str
+        Name of the file.
+    text : str
+        Its content.
+
+    Returns
+    -------
+    Path
+        Path of the file.
+
+    Raises
+    ------
+    InputError
+        If a link or a file of other origin has this name, or the file cannot be written.
     """
     marker, path = folder / MARKER, folder / name
     try:
@@ -281,7 +397,18 @@ def add_file(folder: Path, name: str, text: str) -> Path:
 
 
 def by_model(flights: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return the flights of one scenario as one dataset with the leading dimension `model`."""
+    """Combine flights of one scenario with several models into one dataset.
+
+    Parameters
+    ----------
+    flights : mapping of str to xarray.Dataset
+        Results of `simulate` by model.
+
+    Returns
+    -------
+    xarray.Dataset
+        The flights along the leading dimension ``model``.
+    """
     import xarray as xr
 
     return xr.concat(
@@ -291,8 +418,19 @@ def by_model(flights: Mapping[str, xr.Dataset]) -> xr.Dataset:
     )
 
 
-def as_json(results: dict[str, Any]) -> str:
-    """Return the results as JSON; a number that is not finite becomes null."""
+def as_json(results: Mapping[str, object]) -> str:
+    """Return results as JSON.
+
+    Parameters
+    ----------
+    results : mapping
+        Values, arrays and nested containers by name.
+
+    Returns
+    -------
+    str
+        The JSON; a number that is not finite becomes null.
+    """
     return json.dumps(_finite(results), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""What cutting one arm into more sections changes: modes, sag, decoupling, step and cost."""
+"""Effects of dividing one arm into more sections: modes, sag, decoupling, step and cost."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from continuair.scenario.scenarios import Scenario
 from continuair.studies.timing import flight_alone
 from continuair.sweeps.hardware import machine
 from continuair.sweeps.pairs import run_pairs
+from continuair.typing import Method
 from continuair.vehicle.vehicle import Vehicle
 
 COUNTS = (1, 2, 3, 4)
@@ -37,7 +38,7 @@ SWAY, RATIO, DURATION = 0.2, 0.5, 3.0
 """The flight: a lateral force on the UAV of so many weights at so much of the beam's first clamped
 frequency, for a time [s]."""
 
-PHASES = {"RK4": 0.2, "implicit": 0.05}
+PHASES: dict[Method, float] = {"RK4": 0.2, "implicit": 0.05}
 """Fixed steps that are compared, times the fastest rate (RK4) or that of the first mode."""
 
 _RTOL = 1e-6
@@ -51,7 +52,7 @@ _LEVEL = (0.0, -np.sqrt(0.5), 0.0, np.sqrt(0.5))
 
 
 def cut(count: int, *, level: bool = False) -> Vehicle:
-    """The vehicle with its arm in so many equal sections; level: held out ahead, not down."""
+    """Return the vehicle with its arm in equal sections; level: horizontal instead of down."""
     clamped = BEAM_CONSTANT * np.sqrt(STIFFNESS / MASS_PER_LENGTH) / LENGTH**2
     section = {
         "length": LENGTH / count,
@@ -64,7 +65,7 @@ def cut(count: int, *, level: bool = False) -> Vehicle:
 
 
 def beam_constants() -> dict[str, float]:
-    """The constants of the true beam's first mode, clamped and on the free vehicle."""
+    """Return the constants of the true beam's first mode, clamped and on the free vehicle."""
     arm = {"length": LENGTH, "bending_stiffness": STIFFNESS, "mass_per_length": MASS_PER_LENGTH}
     vehicle = Vehicle(name="beam", uav=UAV, arm=arm)
     return {
@@ -73,12 +74,12 @@ def beam_constants() -> dict[str, float]:
 
 
 def constant(frequency: float) -> float:
-    """ω l² √(μ/E I) of a frequency of the arm [rad/s]."""
+    """Return ω l² √(μ/E I) of a frequency of the arm [rad/s]."""
     return float(frequency * LENGTH**2 * np.sqrt(MASS_PER_LENGTH / STIFFNESS))
 
 
 def sag(count: int, load: float) -> float:
-    """How far the tip of the level arm hangs below its base, over the length, at μ g l³/E I."""
+    """Return the sag of the level arm's tip below its base, over the length, at μ g l³/E I."""
     gravity = load * STIFFNESS / (MASS_PER_LENGTH * LENGTH**3)
     vehicle = cut(count, level=True)
     q = trim(vehicle, gravity=gravity).q
@@ -88,7 +89,7 @@ def sag(count: int, load: float) -> float:
 
 
 def elastica_sag(load: float) -> float:
-    """The same of the true rod: E I θ'' = -μ g (l - s) cos θ, clamped and level at its base."""
+    """Return the exact rod's sag: E I θ'' = -μ g (l - s) cos θ, clamped and level at its base."""
     # Slow to import.
     from scipy.integrate import solve_bvp
 
@@ -127,7 +128,7 @@ def sections(counts: Iterable[int] = COUNTS) -> dict[str, Any]:
 
 
 def swayed(vehicle: Vehicle) -> Scenario:
-    """The flight: the straight arm hangs at rest, the weight is carried, a force sways the UAV."""
+    """Return the flight: the straight arm at rest, the weight compensated, a force on the UAV."""
     weight = 9.81 * vehicle.mass
     rate = RATIO * BEAM_CONSTANT * np.sqrt(STIFFNESS / MASS_PER_LENGTH) / LENGTH**2
     return Scenario(
@@ -139,7 +140,7 @@ def swayed(vehicle: Vehicle) -> Scenario:
 
 
 def _row(count: int) -> dict[str, Any]:
-    """What is found of one count, its flights that are to be timed, and its coupled tip."""
+    """Return the findings of one count, its flights to be timed, and its coupled tip."""
     vehicle = cut(count)
     scenario, steps = swayed(vehicle), _steps(vehicle)
     options: Any = {"sample": _SAMPLE, "variables": ["tip_position"]}
@@ -162,15 +163,15 @@ def _row(count: int) -> dict[str, Any]:
     }
 
 
-def _steps(vehicle: Vehicle) -> dict[str, float]:
-    """The fixed step of each method [s]."""
+def _steps(vehicle: Vehicle) -> dict[Method, float]:
+    """Return the fixed step of each method [s]."""
     engine, straight = Engine(vehicle, "coupled"), np.zeros(vehicle.layout.coordinates)
     rates = {"RK4": fastest_rate, "implicit": first_frequency}
     return {name: phase / float(rates[name](engine, straight)[0]) for name, phase in PHASES.items()}
 
 
-def _timed(vehicle: Vehicle, method: str, step: float) -> Callable[[], None]:
-    """A hover of so many steps, alone: all else is prepared."""
+def _timed(vehicle: Vehicle, method: Method, step: float) -> Callable[[], None]:
+    """Return a hover of so many steps, with everything else prepared."""
     straight = np.zeros(vehicle.layout.coordinates)
     lasts, weight = _TIMED_STEPS * step, 9.81 * vehicle.mass
     hover = Scenario("hover", straight, duration=lasts, force=[0.0, 0.0, weight])
@@ -183,7 +184,7 @@ def _timed(vehicle: Vehicle, method: str, step: float) -> Callable[[], None]:
 
 
 def _shortest(flights: dict[Any, Callable[[], None]]) -> dict[Any, float]:
-    """The shortest processor's time of every flight [s], in turns: others slow each other down."""
+    """Return the shortest processor time of every flight [s], taken in turns without overlap."""
     times: dict[Any, list[float]] = {key: [] for key in flights}
     for _ in range(_ROUNDS):
         for key, fly in flights.items():

@@ -1,17 +1,20 @@
 """Standard excitations: the same six flights for every vehicle, scaled by its own size and time.
 
-What acts is given without units, so that one number means the same for every vehicle: frequencies
-over the arm's clamped one, ω_c; loads over what the vehicle weighs, or by an angle that they would
-cause without gravity, under which a hanging arm bends less.
+Loads are dimensionless, so that one number means the same for every vehicle. Frequencies are over
+the arm's clamped one, ω_c. Loads are over the vehicle's weight, or given by the angle that they
+would cause without gravity, under which a hanging arm bends less.
+
 Every flight starts at rest with the arm bent by an angle, 45 degrees off the plane of the load, and
-lasts a number of clamped periods. What oscillates does so about a hover in which all inputs hold
-the bent arm and carry the weight, so that nothing moves but for the load, in any model. When the
-arm is released, a constant force carries the weight, and nothing holds the arm; in a fall nothing
-acts at all. In a loop (`standard_loops`) a flight controller holds the hover, and of what holds it
-only the bend moment is left, for the arm; a fall has no loop, as motors are off. Of several arms
-the one that carries the camera is excited, and the others start straight; its sections bend alike,
-and a moment on them is shared so that they do. Lateral is along x of that arm's mount, and a moment
-on the UAV about its y.
+lasts a number of clamped periods. Oscillating loads act about a hover in which all inputs hold the
+bent arm and compensate the weight, so that only the load causes motion, in any model. When the arm
+is released, a constant force compensates the weight, and nothing holds the arm. In a fall nothing
+acts at all.
+
+In a loop (`standard_loops`) a flight controller holds the hover. Of the other inputs only the bend
+moment remains, for the arm. A fall has no loop, as motors are off. With several arms, the one that
+carries the camera is excited, and the others start straight. Its sections bend alike, and a moment
+on them is shared so that they do. Lateral is along x of that arm's mount, and a moment on the UAV
+is about its y.
 """
 
 from __future__ import annotations
@@ -51,8 +54,9 @@ BEND_DIRECTION = np.pi / 4
 class Excitation:
     """One of the standard excitations.
 
-    meaning: what acts; load: what its load ratio is, and the load of a moderate flight; amplitude:
-    of the input, from a vehicle, the load ratio and the frequency ratio; on: input and component.
+    meaning: the load in words; load: definition of its load ratio, and its value in a moderate
+    flight; amplitude: of the input, from a vehicle, the load ratio and the frequency ratio; on:
+    input and component.
     """
 
     meaning: str
@@ -132,15 +136,14 @@ def standard_scenario(
     bandwidth: float | None = None,
     swell: float = 0.0,
 ) -> Scenario:
-    """Return one standard excitation of a vehicle, plain or batched, as a scenario to simulate.
+    """Return one standard excitation of a vehicle, single or batched, as a scenario to simulate.
 
-    name: one of EXCITATIONS; load: its load ratio, the moderate one by default; frequency: over the
+    name: one of EXCITATIONS; load: its load ratio, by default the moderate one; frequency: over the
     arm's clamped frequency; bend: the angle of the arm's end at the start, κ₀ l [rad]. All three
     are numbers, or arrays over the vehicle's runs. The duration is that many clamped periods, the
     longest of a batch's: give `duration` to `simulate` or `run_pairs` where they differ. loop: one
-    of LOOPS, for a single vehicle, and bandwidth: of its attitude [rad/s], or the controller that
-    holds the hover; swell: share of the duration over which what oscillates swells. Raises
-    InputError.
+    of LOOPS, for a single vehicle; bandwidth: of its attitude [rad/s], or the controller of the
+    hover; swell: share of the duration over which an oscillating load grows. Raises InputError.
     """
     excitation = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)]
     controller = loop if isinstance(loop, Controller) else hover_loop(vehicle, loop, bandwidth)
@@ -181,7 +184,7 @@ def _wave(
     hertz: Array,
     last: float,
 ) -> Wave | Shared:
-    """A sine on an input's component of the vehicle, or of an arm and its sections.
+    """Return a sine on an input's component of the vehicle, or of an arm and its sections.
 
     Forces and moments are along the axes of the arm's mount.
     """
@@ -196,7 +199,7 @@ def _wave(
 
 
 def _is_level(arm: ExcitedArm) -> bool:
-    """Whether an arm's mount has the axes of the body."""
+    """Return whether an arm's mount has the axes of the body."""
     return bool((arm.axes == np.eye(3)).all())
 
 
@@ -209,7 +212,7 @@ def _turned(wave: Wave, arm: ExcitedArm, axis: int) -> Shared:
 
 
 def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
-    """A wave on the first section of an arm, with what makes its further ones bend alike."""
+    """Return a wave on the first section of an arm, shared so that its further ones bend alike."""
     shares = np.zeros((*arm.moments.shape[:-1], wave.width))
     for place, section in enumerate(arm.places):
         bend_vectors(shares)[..., section, 0] = arm.moments[..., place] / arm.moments[..., 0]
@@ -217,7 +220,7 @@ def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
 
 
 def _spread(wave: Wave, shares: Array) -> Shared:
-    """A wave on several components of an input, by their shares (..., width)."""
+    """Return a wave on several components of an input, by their shares (..., width)."""
     return Shared(replace(wave, width=1, component=0), shares)
 
 

@@ -1,10 +1,9 @@
-"""The loops that standard excitations are flown in: none, or a flight controller that holds the
-hover.
+"""Loops for standard excitations: none, or a flight controller that holds the hover.
 
-"position" holds place, height and attitude. "attitude" holds height and attitude alone, as where a
-pilot's sticks ask for tilt: sideways the vehicle goes as it is pushed. Neither holds the arm, which
-hangs on what held it at the start: a servo, which stiffens it, would hide what the loop does. OWN
-is a controller of the user's, which holds what it holds (`advise/own_law.py`).
+"position" holds position, height and attitude. "attitude" holds height and attitude alone, as under
+manual control of the tilt; the vehicle drifts sideways under the load. Neither holds the arm, which
+keeps its initial moment: a servo would stiffen it and hide the loop's effect.
+OWN is a controller of the user, which holds what it holds (`advise/own_law.py`).
 """
 
 from __future__ import annotations
@@ -36,10 +35,10 @@ _UNFELT = 1e-9
 
 
 def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> Controller | None:
-    """The flight controller of a loop with that bandwidth of the attitude [rad/s], or None.
+    """Return the flight controller of a loop with that bandwidth of the attitude [rad/s], or None.
 
-    bandwidth: by default the fastest that `flight_controller` gives the vehicle; position and yaw
-    follow from it. Raises InputError, also for a bandwidth that the vehicle is unstable with.
+    bandwidth: by default the fastest that `flight_controller` allows the vehicle; position and yaw
+    follow from it. Raises InputError, also for a bandwidth at which the vehicle is unstable.
     """
     if checks.choice("loop", loop, LOOPS) == "none":
         if bandwidth is not None:
@@ -59,13 +58,15 @@ def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> C
 
 @lru_cache(maxsize=16)
 def _held(vehicle: Vehicle, bandwidth: float | None) -> Controller:
-    """The flight controller, which studies ask for with every excitation, of a vehicle."""
+    """Return the flight controller of a vehicle, which studies need for every excitation."""
     return flight_controller(vehicle, attitude_bandwidth=bandwidth, bend_bandwidth=0.0)
 
 
 def bent_growth(vehicle: Vehicle, held: Controller, q: Array) -> float:
-    """The rate [1/s] at which a small tilt grows in a loop, if above 0, while constant moments hold
-    the bends of q (coordinates,)."""
+    """Return the growth rate [1/s] of a small tilt in a loop, if above 0, with bends held.
+
+    Constant moments hold the bends of q (coordinates,).
+    """
     state = state_from_paper(q[None], np.zeros_like(q[None]))[0]
     bent = hover(vehicle, GRAVITY, tuple(state[vehicle.layout.bend].tolist()))
     chosen = held.settings
@@ -74,9 +75,9 @@ def bent_growth(vehicle: Vehicle, held: Controller, q: Array) -> float:
 
 
 def hover_loops(vehicle: Vehicle, bandwidths: Array) -> tuple[Controller | None, Array]:
-    """The position loops of a batch's vehicles, of bandwidths (runs,) of the attitude [rad/s].
+    """Return the position loops of a batch, of bandwidths (runs,) of the attitude [rad/s].
 
-    Returns those that are stable in one controller, None if none is, and which they are (runs,).
+    Returns the stable ones in one controller, None if there is none, and which they are (runs,).
     """
     made = [_if_stable(vehicle.select(run), each) for run, each in enumerate(bandwidths)]
     stable = [each for each in made if each is not None]
@@ -91,7 +92,7 @@ def _if_stable(vehicle: Vehicle, bandwidth: float) -> Controller | None:
 
 
 def _free_sideways(held: Controller) -> Controller:
-    """A controller that neither holds the place nor slows the vehicle, but in height."""
+    """Return a controller that holds height, but neither holds nor slows horizontal motion."""
     velocity = held.gains["velocity"] * np.array([_UNFELT, _UNFELT, 1.0])
     gains = {
         "position": held.gains["position"] * np.array([0.0, 0.0, 1.0]),

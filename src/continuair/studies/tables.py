@@ -6,13 +6,23 @@ import csv
 import io
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any
 
 _WIDEST = 8
 
 
-def as_csv(rows: Iterable[Mapping[str, Any]]) -> str:
-    """Return a line per row below the names of all that any row holds."""
+def as_csv(rows: Iterable[Mapping[str, object]]) -> str:
+    """Return rows as CSV.
+
+    Parameters
+    ----------
+    rows : iterable of mappings
+        Values by column.
+
+    Returns
+    -------
+    str
+        A heading with the columns of all rows, and a line per row.
+    """
     rows = list(rows)
     names = dict.fromkeys(name for row in rows for name in row)
     stream = io.StringIO()
@@ -25,9 +35,21 @@ def as_csv(rows: Iterable[Mapping[str, Any]]) -> str:
 def as_markdown(
     headings: Sequence[str], rows: Iterable[Sequence[str]], words: Collection[str]
 ) -> list[str]:
-    """Return the lines of a table; words: headings of columns that hold words, not numbers.
+    """Return the lines of a Markdown table.
 
-    A bar in a cell, such as those of a norm, does not end it.
+    Parameters
+    ----------
+    headings : sequence of str
+        Headings of the columns.
+    rows : iterable of sequences of str
+        Cells; bars in them are escaped.
+    words : collection of str
+        Headings of columns of text, which are aligned left; numbers are aligned right.
+
+    Returns
+    -------
+    list of str
+        The lines.
     """
     rule = "".join("---|" if heading in words else "---:|" for heading in headings)
     whole = ([cell.replace("|", "\\|") for cell in cells] for cells in (headings, *rows))
@@ -36,9 +58,19 @@ def as_markdown(
 
 
 def number(value: float | None, digits: int = 4) -> str:
-    """Return a number as tables print it: nothing if there is none, - if it is not finite.
+    """Format a number for tables.
 
-    One that is not negative takes eight characters at most.
+    Parameters
+    ----------
+    value : float or None
+        The number.
+    digits : int, default 4
+        Significant digits.
+
+    Returns
+    -------
+    str
+        Empty for None, "-" if not finite. A number that is not negative takes at most 8 characters.
     """
     if value is None:
         return ""
@@ -53,6 +85,6 @@ def number(value: float | None, digits: int = 4) -> str:
 def number_below(value: float, digits: int = 2) -> str:
     """Return a number above 0 with so many digits, rounded down."""
     unit = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
-    # What has so many digits keeps them, whatever the division's last bit.
+    # A value of so many digits keeps them, whatever the division's last bit.
     below = float(f"{math.floor(value / unit * (1.0 + 1e-9)) * unit:.{digits}g}")
     return f"{below:g}"

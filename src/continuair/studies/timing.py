@@ -1,4 +1,4 @@
-"""How long flights take, flown in turns."""
+"""Times of flights, measured in turns."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from continuair.flight.prepare import prepare
 from continuair.scenario.scenarios import Scenario
+from continuair.typing import Method, Model
 from continuair.vehicle.vehicle import Vehicle
 
 Key = TypeVar("Key")
@@ -20,7 +21,22 @@ def median_times(
     rounds: int,
     begin: Callable[[Key], None] = lambda key: None,
 ) -> dict[Key, float]:
-    """Return the median time of every flight [s], as `times_in_turns` has them."""
+    """Return the median time of every function.
+
+    Parameters
+    ----------
+    flights : mapping of hashable to callable
+        Functions without arguments.
+    rounds : int
+        Number of measurements of each.
+    begin : callable, optional
+        Called with the key before each measurement.
+
+    Returns
+    -------
+    dict of hashable to float
+        Median times [s], measured in turns as by `times_in_turns`.
+    """
     times = times_in_turns(flights, rounds, begin)
     return {key: float(np.median(found)) for key, found in times.items()}
 
@@ -44,7 +60,8 @@ def times_in_turns(
 ) -> dict[Key, np.ndarray]:
     """Return the times (rounds,) of every flight [s], after a round that compiles and is not timed.
 
-    The flights alternate, so that noise of the machine hits all alike. begin: called before each.
+    The flights alternate, so that noise of the machine affects all alike. begin: called before
+    each.
     """
     times: dict[Key, list[float]] = {key: [] for key in flights}
     for _ in range(rounds + 1):
@@ -57,12 +74,28 @@ def times_in_turns(
 
 
 def flight_alone(
-    vehicle: Vehicle, scenario: Scenario, model: str, *, step: float, method: str = "RK4"
+    vehicle: Vehicle, scenario: Scenario, model: Model, *, step: float, method: Method = "RK4"
 ) -> Callable[[], np.ndarray]:
-    """Return a function that flies a scenario on one thread, from its start to its end.
+    """Return a function that simulates a scenario on one thread.
 
-    All that can be prepared is, and nothing is logged between. The function returns statuses
-    (runs,).
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+    scenario : Scenario
+        The scenario.
+    model : {"coupled", "decoupled", "independent"}
+        Dynamic model.
+    step : float
+        Step [s].
+    method : {"Tsit5", "RK4", "implicit"}, default "RK4"
+        Integration method.
+
+    Returns
+    -------
+    callable
+        Function without arguments that simulates from start to end and returns statuses (runs,).
+        Everything is prepared beforehand, and nothing is logged.
     """
     options: dict[str, Any] = {"method": method, "step": step, "threads": 1}
     flight = prepare(vehicle, scenario, sample=scenario.duration, **options)

@@ -1,4 +1,4 @@
-"""Sweeps: many paired flights of several models, in memory or in a store that survives a kill."""
+"""Sweeps: many paired flights of several models, in memory or in a store that can be resumed."""
 
 from continuair.sweeps.design import Design, load_design
 from continuair.sweeps.execution import sweep

@@ -1,4 +1,4 @@
-"""From the rows of a design to vehicles and scenarios, batched as far as they can be."""
+"""Vehicles and scenarios from the rows of a design, in batches as large as possible."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.controllers.classic import classic
 from continuair.controllers.controller import Controller, stack
@@ -21,29 +22,30 @@ from continuair.scenario.targets import Target, square
 from continuair.scenario.tracking_task import START_OFFSET
 from continuair.sweeps.design import Design
 from continuair.sweeps.tables import TABLES, TargetTable, changed
+from continuair.typing import Array
 from continuair.vehicle.layout import COORDINATES
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 _SHARED = {
     "scenario.test", "scenario.f1", "scenario.excitation", "scenario.on", "scenario.duration",
     "scenario.gravity", "controller.law", "controller.gains", "controller.integral",
 }  # fmt: skip
-"""Fields that are one for a whole launch: runs are grouped by their values."""
+"""Fields that have one value per launch; runs are grouped by these values."""
 
 _DESIGN = ("bandwidth", "damping_ratio", "conditioning", "rate_gain", "sliding")
-"""Fields of a controller that its gains are designed by."""
+"""Fields of a controller that determine its gains."""
 
 _ANGLES = COORDINATES[3:6]
 
 _AT_REST = dict(zip(COORDINATES, (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0), strict=True))
-# Seconds of inputs that differ from run to run over time: they fill a table over all steps.
+# Most seconds of time-dependent inputs that differ between runs, as these fill a table over steps.
 _SECONDS_OF_INPUTS = 128.0
 
 
-def batches(design: Design, runs: Array) -> Iterator[tuple[Array, Vehicle, Scenario]]:
-    """Vehicles and scenarios of some runs, with the indices into `runs` of each batch.
+def batches(
+    design: Design, runs: NDArray[np.intp]
+) -> Iterator[tuple[NDArray[np.intp], Vehicle, Scenario]]:
+    """Yield vehicles and scenarios of some runs, with the indices into `runs` of each batch.
 
     Raises InputError if the parameters of a run cannot be used.
     """
@@ -58,7 +60,7 @@ def batches(design: Design, runs: Array) -> Iterator[tuple[Array, Vehicle, Scena
 
 
 def assemble(design: Design, rows: dict[str, Array]) -> tuple[Vehicle, Scenario]:
-    """One batch, from the values of its variables; those that are the same in all are shared."""
+    """Return one batch from the values of its variables; equal values are shared."""
     changes = {
         name.removeprefix("vehicle."): _shared(values)
         for name, values in rows.items()
@@ -72,8 +74,10 @@ def assemble(design: Design, rows: dict[str, Array]) -> tuple[Vehicle, Scenario]
     return vehicle, _closed_loop(vehicle, fields, count)
 
 
-def _parts(design: Design, group: Array, rows: dict[str, Array]) -> list[Array]:
-    """The group in parts that fit into memory."""
+def _parts(
+    design: Design, group: NDArray[np.intp], rows: dict[str, Array]
+) -> list[NDArray[np.intp]]:
+    """Return the group in parts that fit into memory."""
     timed = ("scenario.amplitude", "scenario.frequency", "scenario.end_frequency", "scenario.phase")
     table = design.base.scenario
     steady = table.excitation in ("none", "constant") and table.test in (None, "A", "B")
@@ -86,9 +90,9 @@ def _parts(design: Design, group: Array, rows: dict[str, Array]) -> list[Array]:
 
 
 def _fields(design: Design, name: str, rows: dict[str, Array]) -> dict[str, Any]:
-    """Fields of a table: those of the base, and arrays over runs for those that vary.
+    """Return the fields of a table: those of the base, with arrays over runs for those that vary.
 
-    Raises InputError as the table does, for the first run that it refuses.
+    Raises InputError as the table does, for the first invalid run.
     """
     table = getattr(design.base, name)
     if table is None:
@@ -108,19 +112,20 @@ def _fields(design: Design, name: str, rows: dict[str, Array]) -> dict[str, Any]
 
 
 def _shared(values: Array) -> Any:
-    """A single value where all are the same, as a launch needs of some fields."""
+    """Return a single value if all are equal, as a launch requires of some fields."""
     return values[0].item() if (values == values[0]).all() else values
 
 
 def _open_loop(vehicle: Vehicle, fields: dict[str, Any]) -> Scenario:
+    """Return an open-loop scenario."""
     given = {name: _AT_REST[name] if fields[name] is None else fields[name] for name in COORDINATES}
-    # No lift acts in the paper's tests.
+    # The paper's tests have no lift.
     resting = {} if fields["test"] is None else still(vehicle)
     return _scenario(vehicle, fields, given, **_inputs(vehicle, fields), **resting)
 
 
 def _inputs(vehicle: Vehicle, fields: dict[str, Any]) -> dict[str, Any]:
-    """The excitation, and a lift in weights of the vehicle."""
+    """Return the excitation, with a lift in weights of the vehicle."""
     excited = inputs(fields, vehicle.layout)
     if np.any(fields["lift"]):
         weight = np.asarray(fields["lift"]) * vehicle.mass * fields["gravity"]
@@ -133,7 +138,7 @@ def _inputs(vehicle: Vehicle, fields: dict[str, Any]) -> dict[str, Any]:
 def _scenario(
     vehicle: Vehicle, fields: dict[str, Any], state: dict[str, Any], **rest: Any
 ) -> Scenario:
-    """All sections begin with the same bend."""
+    """Return a scenario in which all sections start with the same bend."""
     names = COORDINATES[:6] + COORDINATES[6:] * vehicle.sections
     q = np.stack(np.broadcast_arrays(*(state[name] for name in names)), axis=-1)
     rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in names))
@@ -146,6 +151,7 @@ def _scenario(
 
 
 def _closed_loop(vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int) -> Scenario:
+    """Return a closed-loop scenario with a target and a controller."""
     scenario = fields["scenario"]
     targets, of_run = _targets(fields["target"], runs)
     start = np.array([target.path(0.0)[0][0] for target in targets])[of_run]
@@ -167,6 +173,7 @@ def _closed_loop(vehicle: Vehicle, fields: dict[str, dict[str, Any]], runs: int)
 
 
 def _each(fields: dict[str, Any], runs: int) -> Iterator[dict[str, Any]]:
+    """Yield the fields of each run."""
     for run in range(runs):
         yield {
             name: value[run].item() if isinstance(value, np.ndarray) else value
@@ -174,8 +181,8 @@ def _each(fields: dict[str, Any], runs: int) -> Iterator[dict[str, Any]]:
         }
 
 
-def _targets(fields: dict[str, Any], runs: int) -> tuple[list[Target], Array]:
-    """Targets that differ, and which of them each run (runs,) has."""
+def _targets(fields: dict[str, Any], runs: int) -> tuple[list[Target], NDArray[np.intp]]:
+    """Return the distinct targets, and the index of each run's target (runs,)."""
     made: dict[tuple[Any, ...], Target] = {}
     keys = [tuple(one.values()) for one in _each(fields, runs)]
     for key in dict.fromkeys(keys):
@@ -185,15 +192,16 @@ def _targets(fields: dict[str, Any], runs: int) -> tuple[list[Target], Array]:
 
 
 def _target(fields: dict[str, Any]) -> Target:
+    """Return the target of a table."""
     table = TargetTable(**fields)
     path = paths.word(table.letter, table.height, table.duration)
     return Target(path, square(table.side), table.distance)
 
 
 def _controller(
-    vehicle: Vehicle, fields: dict[str, Any], targets: list[Target], of_run: Array
+    vehicle: Vehicle, fields: dict[str, Any], targets: list[Target], of_run: NDArray[np.intp]
 ) -> Controller:
-    """The controller of each run, tuned for its vehicle and target."""
+    """Return the controllers of all runs, each tuned for its vehicle and target."""
     runs = len(of_run)
     if fields["law"] == "classic":
         return stack(
@@ -215,10 +223,12 @@ def _controller(
 
 
 def _one_by_one(
-    vehicle: Vehicle, fields: dict[str, Any], targets: list[Target], of_run: Array
+    vehicle: Vehicle, fields: dict[str, Any], targets: list[Target], of_run: NDArray[np.intp]
 ) -> Controller:
-    """The law of each run, designed for its own vehicle, which may differ in what carries its
-    arms, or follows the image of now."""
+    """Return controllers designed run by run.
+
+    For vehicles that may differ in their arms, or gains that follow the current image.
+    """
     laws = []
     for run, one in enumerate(_each(fields, len(of_run))):
         target = targets[of_run[run]]

@@ -1,7 +1,7 @@
 """Checksums of a store: of its description, and of the results of every unit.
 
-They find what disks, copies and slips of the hand do to a store. They are no signature: who means
-to deceive can compute them anew.
+They detect damage by disks, copies and mistakes. They are not signatures, and do not prevent
+forgery.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from typing import Any
 
 _OWN = "checksum"
 _FILES = "files"
-# What results depend on: those of another design, unit size, device or version are not these.
+# Results depend on these.
 _IDENTITY = ("design_hash", "unit_size", "device", "versions")
 
 
 def sealed(group: Mapping[str, Any], folder: Path, files: Iterable[str]) -> dict[str, Any]:
-    """The metadata of a store's group with the checksums of its files, and its own."""
+    """Return the metadata of a store's group with the checksums of its files, and its own."""
     attributes = group["attributes"] | {_FILES: {name: _of_file(folder / name) for name in files}}
     whole = {**group, "attributes": attributes}
     return {**group, "attributes": attributes | {_OWN: _of_group(whole)}}
 
 
 def damaged_files(group: Mapping[str, Any], folder: Path, name: str) -> list[str]:
-    """The files of a description that are not what was sealed; name: that of the group's own."""
+    """Return the files of a description that are damaged; name: that of the group's own file."""
     if group["attributes"].get(_OWN) != _of_group(group):
         return [name]
     expected = group["attributes"][_FILES]
@@ -34,27 +34,31 @@ def damaged_files(group: Mapping[str, Any], folder: Path, name: str) -> list[str
 
 
 def of_unit(attributes: Mapping[str, Any], unit: int, content: bytes) -> bytes:
-    """Eight bytes, not all zero, that belong to the content of this unit of this store only."""
+    """Return eight bytes, not all zero, that depend on content, unit and store."""
     owner = [unit, *(attributes[name] for name in _IDENTITY)]
     found = hashlib.blake2b(content, digest_size=7, key=_brief(_canonical(owner)))
     return found.digest() + b"\x01"
 
 
 def _of_group(group: Mapping[str, Any]) -> str:
+    """Return the checksum of a group's metadata."""
     attributes = {name: value for name, value in group["attributes"].items() if name != _OWN}
     return _brief(_canonical({**group, "attributes": attributes})).hex()
 
 
 def _of_file(path: Path) -> str | None:
+    """Return the checksum of a file, or None if there is none."""
     try:
         return _brief(path.read_bytes()).hex()
     except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
         return None
 
 
-def _canonical(content: Any) -> bytes:
+def _canonical(content: object) -> bytes:
+    """Return content as sorted JSON."""
     return json.dumps(content, sort_keys=True).encode()
 
 
 def _brief(content: bytes) -> bytes:
+    """Return a checksum of bytes."""
     return hashlib.blake2b(content, digest_size=16).digest()

@@ -1,36 +1,39 @@
-"""Batches of paired closed loops in memory, reduced to metrics of the tip and of the image."""
+"""Batches of paired closed-loop flights in memory, reduced to metrics of tip and image."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from continuair.analysis.metrics import at_camera, differences, feature_rms, norm_difference
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import share_at_limits, with_limited_command
 from continuair.flight.rollout import fly
 from continuair.flight.trajectory import COUNTED
+from continuair.typing import Array
 from continuair.vehicle.layout import DEVIATIONS
 
-Array = np.ndarray
-
-# What the logs of one block of runs take at most, and what a sample of them takes.
+# Most bytes of the logs of one block of runs, and bytes of a sample.
 _BLOCK_BYTES = {"cpu": 1e8, "cuda": 8e9}
 _BYTES_PER_SAMPLE = 1000
 
 
 @dataclass(frozen=True)
 class Reduced:
-    """Results of flights: metrics, status, end_time, error_estimate (NaN without a second
-    flight), the largest saturation and the share of samples at the controller's limits (runs,
-    models), and the tip's pose at the end (runs, models, 7); where steps follow from their errors
-    counts (runs, models, COUNTS), those of kernels/adaptive.py."""
+    """Results of flights.
+
+    (runs, models): metrics, status, end_time, error_estimate (NaN without a second flight), the
+    largest saturation, and the share of samples at the controller's limits. tip: final pose (runs,
+    models, 7). counts (runs, models, COUNTS) of adaptive steps: those of kernels/adaptive.py.
+    """
 
     metrics: dict[str, Array]
     tip: Array
-    status: Array
+    status: NDArray[np.integer]
     end_time: Array
     error_estimate: Array
     saturation: Array
@@ -44,7 +47,7 @@ def track(
     settle: float,
     check: bool = False,
 ) -> Reduced:
-    """Fly each model's closed loop, in blocks of runs that fit into memory."""
+    """Simulate each model's closed loop, in blocks of runs that fit into memory."""
     kind = flight.coupled.device.split(":")[0]
     most = _BLOCK_BYTES[kind] / (_BYTES_PER_SAMPLE * len(flight.marks.samples))
     size = max(1, int(most))
@@ -63,7 +66,8 @@ def track(
             order.append(runs)
     back = np.argsort(np.concatenate(order))
 
-    def joined(arrays: list[Array]) -> Array:
+    def joined(arrays: list[NDArray[Any]]) -> NDArray[Any]:
+        """Return arrays of all blocks in the order of runs."""
         return np.concatenate(arrays)[back]
 
     return Reduced(
@@ -81,14 +85,15 @@ def track(
 
 
 def _with_runs(flight: xr.Dataset) -> xr.Dataset:
+    """Return a flight with a dimension of runs."""
     return flight if "run" in flight.dims else flight.expand_dims("run")
 
 
 def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
-    """Metrics of each model's flight against the first's; NaN where a run has not ended well.
+    """Return metrics of each model's flight against the first's; NaN for runs that stopped early.
 
-    flights: of the same runs, with the tip's pose and feature_error; settle: from when that counts,
-    or, without it, the tip's.
+    flights: of the same runs, with the tip's pose, and feature_error if there is a target; settle:
+    time from which feature_error, or else the tip, counts [s].
     """
     reference = flights[0]
     status = np.stack([flight["status"].to_numpy() for flight in flights], axis=-1)
@@ -107,6 +112,7 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
     ]
 
     def each(name: str) -> Array:
+        """Return a variable of all models (runs, models)."""
         return np.stack([flight[name].to_numpy() for flight in flights], axis=-1)
 
     counted = "steps" in reference
@@ -122,17 +128,18 @@ def reduced(flights: list[xr.Dataset], settle: float) -> Reduced:
 
 
 def _metrics(reference: xr.Dataset, flight: xr.Dataset, settle: float) -> dict[str, Array]:
-    # The sample there may be a last digit before it.
+    # The sample there may be a rounding error before it.
+    """Return the metrics (runs,) of a flight against the reference."""
     since = slice(settle * (1.0 - 1e-9), None)
     first, late = (each.sel(time=since) for each in (reference, flight))
     if flight is reference:
         found = {name: np.zeros(flight.sizes["run"]) for name in DEVIATIONS}
     else:
-        looks = "feature_error" in flight
-        compared = differences(reference, flight) if looks else differences(first, late)
-        found = {name: compared[name] for name in DEVIATIONS}
+        tracks = "feature_error" in flight
+        compared = differences(reference, flight) if tracks else differences(first, late)
+        found = {name: np.asarray(compared[name]) for name in DEVIATIONS}
     if "feature_error" in flight:
-        found["rms_px"] = feature_rms(late)
+        found["rms_px"] = np.asarray(feature_rms(late))
         found["max_px"] = np.abs(late["feature_error"].to_numpy()).max(axis=(1, 2))
         found["ds_max_px"] = np.abs(norm_difference(first, late)).max(axis=1)
     return found

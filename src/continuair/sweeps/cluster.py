@@ -1,4 +1,4 @@
-"""Units of a sweep on a Dask cluster whose workers see the same store."""
+"""Units of a sweep on a Dask cluster whose workers share the store."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from continuair.sweeps.store import Store, open_store
 from continuair.sweeps.units import check, compute
 
 _ANSWER_WITHIN = 5.0  # seconds
-# The threads of a worker share the store, opened once.
+# The threads of a worker share the store, which is opened once.
 _preparing = threading.Lock()
 
 
 @contextmanager
 def connected(address: str) -> Iterator[Any]:
-    """A client of the scheduler at an address; raises InputError if it does not answer."""
+    """Yield a client of the scheduler at an address; InputError if it does not answer."""
     checks.installed("distributed", "cluster")
     import dask.config
     from distributed import Client
 
     if address.startswith("tls:") and not dask.config.get("distributed.comm.tls.client.cert", None):
         raise InputError(
-            f"scheduler is {shown(address)}, but Dask knows no certificate of this client; name it "
-            "with DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and __KEY, and the CA_FILE."
+            f"scheduler is {shown(address)}, but this client has no certificate; set "
+            "DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and __KEY, and the CA_FILE."
         )
     try:
         client = Client(address, timeout=_ANSWER_WITHIN, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
             f"scheduler is {shown(address)}, which does not answer ({type(error).__name__}); start "
-            "one with 'dask scheduler', and give the address that it prints."
+            "'dask scheduler', and give the address that it prints."
         ) from None
     with _quiet(), client:
         yield client
@@ -47,9 +47,9 @@ def connected(address: str) -> Iterator[Any]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Leave out what Dask logs of a scheduler that goes away: what it means is said in a sentence.
+    """Suppress Dask's log messages about a scheduler that ends, which an error reports.
 
-    Its loggers have levels of their own, so that the one above them is not enough.
+    Its loggers have levels of their own, so the parent's level is not enough.
     """
     names = [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]
     levels = {name: logging.getLogger(name).level for name in names}
@@ -65,7 +65,7 @@ def _quiet() -> Iterator[None]:
 def compute_on(
     client: Any, store: Store, units: list[int], device: str, done: Callable[[], None]
 ) -> None:
-    """Have the workers compute units; units of workers that go away are given to others."""
+    """Compute units on the workers; units of workers that leave are resubmitted."""
     from distributed import as_completed
 
     address, left = client.scheduler.address, units
@@ -81,10 +81,10 @@ def compute_on(
                 continue
             error = task.exception()
             if error is None:
-                # Cancelled, as all of them are where the scheduler has ended: there is no error.
+                # Cancelled without an error, as when the scheduler has ended.
                 raise InputError(
                     f"scheduler is {shown(address)}, which has ended or cancelled the sweep; "
-                    "start it again, and repeat the command to go on."
+                    "restart it, and repeat the command to continue."
                 )
             failed[tasks[task]] = error
             if isinstance(error, InputError):
@@ -108,7 +108,7 @@ def compute_unit(path: str, unit: int, device: str) -> None:
 
 @cache
 def _prepared(path: str, device: str) -> Store:
-    """The store, open, and the kernels for it, compiled."""
+    """Return the open store, with compiled kernels."""
     try:
         store = open_store(Path(path), device)
         check(store.design, device)

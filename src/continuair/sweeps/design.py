@@ -1,4 +1,4 @@
-"""A design: which runs a sweep consists of, from a TOML file or an xarray Dataset."""
+"""Designs: the runs of a sweep, from a TOML file or an xarray Dataset."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from continuair.errors import InputError, shown
 from continuair.files import printed, read_toml, user_path
@@ -21,35 +22,46 @@ from continuair.sweeps.pairs import METRICS
 from continuair.sweeps.readers import check_read
 from continuair.sweeps.sampling import flat, values, values_along
 from continuair.sweeps.tables import Base, changed, check_field
+from continuair.typing import Array, Model
 from continuair.vehicle.fields import is_title
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
-Array = np.ndarray
-
 RESERVED = ("run", "model", "quantity", "axis", "quaternion")
-"""Names of dimensions that results have already."""
+"""Names of dimensions that results use."""
 
 _PROBES = 4
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A field that varies: the dimensions it varies along, and its values over them."""
+    """A field that varies: its dimensions, and its values over them."""
 
     dims: tuple[str, ...]
     values: Array
 
-    def at(self, indices: Mapping[str, Any]) -> Array:
-        """The values at indices along its dimensions."""
+    def at(self, indices: Mapping[str, int | NDArray[np.intp]]) -> Array:
+        """Return the values at indices along its dimensions."""
         return np.asarray(self.values[tuple(indices[dim] for dim in self.dims)])
 
 
 @dataclass(frozen=True)
 class Design:
-    """The runs of a sweep: a base, and variables over dimensions that multiply.
+    """The runs of a sweep: a base, and variables over a grid of dimensions.
 
-    Run r is the r-th point of the grid over `sizes`, the last dimension changing fastest. labels:
-    those of the dimensions of a Dataset that has some, which results keep.
+    Run r is the r-th point of the grid over `sizes`, the last dimension changing fastest.
+
+    Parameters
+    ----------
+    base : Base
+        Fields that all runs share.
+    vehicle : Vehicle
+        The vehicle of the base.
+    variables : mapping of str to Variable
+        Fields that vary, by dotted name.
+    sizes : mapping of str to int
+        Dimensions and their sizes.
+    labels : mapping of str to ndarray, optional
+        Labels of dimensions, which results keep.
     """
 
     base: Base
@@ -60,28 +72,39 @@ class Design:
 
     @property
     def runs(self) -> int:
-        """The number of runs."""
+        """Number of runs."""
         return math.prod(self.sizes.values())
 
     @property
-    def models(self) -> tuple[str, ...]:
-        """The models that every run flies, the reference first."""
+    def models(self) -> tuple[Model, ...]:
+        """Models of every run, the reference first."""
         return (REFERENCE, *dict.fromkeys(self.base.models))
 
     @property
     def metrics(self) -> tuple[str, ...]:
-        """The metrics that are kept."""
+        """Metrics that are kept."""
         return self.base.metrics or self.possible_metrics
 
     @property
     def possible_metrics(self) -> tuple[str, ...]:
-        """The metrics that the scenario has."""
+        """Metrics that the scenario has."""
         closed = self.base.target is not None
         return tuple(name for name in METRICS if closed or not name.endswith("_px"))
 
-    def rows(self, runs: Array) -> dict[str, Array]:
-        """The values of every variable in some runs, by their indices."""
-        # A design in which nothing varies has no dimension, and one run.
+    def rows(self, runs: NDArray[np.intp]) -> dict[str, Array]:
+        """Return the values of every variable in some runs.
+
+        Parameters
+        ----------
+        runs : ndarray of int, shape (n,)
+            Indices of runs.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Variable to values (n,).
+        """
+        # A design without variables has no dimension, and one run.
         shape = tuple(self.sizes.values())
         along = np.unravel_index(runs, shape) if shape else ()
         at = dict(zip(self.sizes, along, strict=True))
@@ -91,7 +114,13 @@ class Design:
         }
 
     def probes(self) -> list[int]:
-        """A few runs: some spread evenly, and for every text, such as a law's name, one with it."""
+        """Return a few runs to test a design with.
+
+        Returns
+        -------
+        list of int
+            Indices of evenly spread runs, and one for every text value, such as a law's name.
+        """
         spread = np.linspace(0, self.runs - 1, _PROBES).astype(int)
         shape, found = tuple(self.sizes.values()), set(spread.tolist())
         for variable in self.variables.values():
@@ -101,13 +130,19 @@ class Design:
                     found.add(int(np.ravel_multi_index(tuple(at.values()), shape)) if shape else 0)
         return sorted(found)
 
-    def describe(self) -> dict[str, Any]:
-        """The base and the vehicle as JSON can hold them."""
+    def describe(self) -> dict[str, object]:
+        """Return the base and the vehicle for JSON.
+
+        Returns
+        -------
+        dict
+            Fields of `base` and `vehicle`.
+        """
         return {"base": self.base.model_dump(), "vehicle": self.vehicle.describe()}
 
     @property
     def digest(self) -> str:
-        """A hash of everything that determines the runs."""
+        """Hash of everything that determines the runs."""
         content: dict[str, Any] = {**self.describe(), "sizes": list(self.sizes.items())}
         content["variables"] = {
             name: [variable.dims, str(variable.values.dtype), _hash(variable.values.tobytes())]
@@ -119,9 +154,24 @@ class Design:
 def load_design(
     design: str | os.PathLike[str] | xr.Dataset | Design, metrics: Iterable[str] | None = None
 ) -> Design:
-    """The design that a TOML file or a Dataset describes; docs/sweeps.md has both forms.
+    """Load the design of a sweep.
 
-    metrics: instead of those of the design. Raises InputError.
+    Parameters
+    ----------
+    design : str, path, xarray.Dataset or Design
+        A TOML file, or a Dataset whose variables are fields (docs/howto/sweeps.md).
+    metrics : iterable of str, optional
+        Metrics to keep instead of the design's.
+
+    Returns
+    -------
+    Design
+        The design.
+
+    Raises
+    ------
+    InputError
+        If the design cannot be used.
     """
     if isinstance(design, Design):
         found = design
@@ -136,13 +186,14 @@ def load_design(
     for name in found.metrics:
         if name not in found.possible_metrics:
             raise InputError(
-                f"metrics holds {shown(name)}, which this design does not have; use "
+                f"metrics has {shown(name)}, which this design does not have; use "
                 f"{', '.join(found.possible_metrics)}."
             )
     return found
 
 
 def _from_file(path: Path) -> Design:
+    """Return the design of a TOML file."""
     tables = read_toml(path)
     try:
         return _from_tables(tables, path.parent)
@@ -151,6 +202,7 @@ def _from_file(path: Path) -> Design:
 
 
 def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
+    """Return the design of tables."""
     vary, fixed = tables.pop("vary", []), tables.pop("set", {})
     if not isinstance(vary, list) or any(not isinstance(table, dict) for table in vary):
         raise InputError("vary is not a list of tables; write [[vary]] above each of them.")
@@ -170,18 +222,19 @@ def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
             raise InputError(f"dimension is {shown(dimension)}; give one line of text.")
         if dimension in sizes:
             raise InputError(
-                f"dimension {shown(dimension)} is that of two vary tables; write their fields in "
-                "one table if they vary together, or give one table another dimension."
+                f"dimension {shown(dimension)} is that of two vary tables; merge them if their "
+                "fields vary together, or rename one dimension."
             )
         for name, column in found.items():
             if name in variables:
-                raise InputError(f"{name} varies in two tables; leave it out of one.")
+                raise InputError(f"{name} varies in two tables; remove it from one.")
             variables[name] = Variable((dimension,), column)
         sizes[dimension] = len(next(iter(found.values())))
     return _design(base, _vehicle(base, folder), variables, sizes)
 
 
 def _from_dataset(dataset: xr.Dataset) -> Design:
+    """Return the design of a Dataset."""
     base = Base(**{str(name): value for name, value in dataset.attrs.items()})
     variables, labels = {}, {}
     for name, variable in dataset.variables.items():
@@ -198,7 +251,7 @@ def _from_dataset(dataset: xr.Dataset) -> Design:
 
 
 def _labels(name: str, given: Array) -> Array:
-    """Labels of a dimension, which a store can hold; raises InputError for others."""
+    """Return labels of a dimension; InputError for those that a store cannot hold."""
     are_numbers = given.dtype.kind in "biuf" and np.isfinite(given).all()
     if not are_numbers and given.dtype.kind != "U":
         raise InputError(
@@ -209,6 +262,7 @@ def _labels(name: str, given: Array) -> Array:
 
 
 def _vehicle(base: Base, folder: Path) -> Vehicle:
+    """Return the vehicle of a base, a preset or a file."""
     name = base.vehicle
     return load_vehicle(folder / name if name.endswith(".toml") else name)
 
@@ -216,6 +270,7 @@ def _vehicle(base: Base, folder: Path) -> Vehicle:
 def _design(
     base: Base, vehicle: Vehicle, variables: dict[str, Variable], sizes: dict[str, int]
 ) -> Design:
+    """Return a checked design."""
     design = Design(base, vehicle, variables, sizes)
     for name in variables:
         if not name.startswith("vehicle."):
@@ -226,13 +281,13 @@ def _design(
     for name in sizes:
         if not name or name in RESERVED:
             raise InputError(
-                f"dimension is {shown(name)}, which results need for themselves; give another name."
+                f"dimension is {shown(name)}, which results use themselves; give another name."
             )
     return design
 
 
 def _extremes(variable: Variable) -> list[dict[str, int]]:
-    """Indices of the smallest and largest value, or of every text."""
+    """Return the indices of the smallest and largest value, or of every text."""
     if not variable.dims:
         return [{}]
     flattened = variable.values.ravel()
@@ -247,9 +302,9 @@ def _extremes(variable: Variable) -> list[dict[str, int]]:
 
 
 def _check_value(design: Design, name: str, indices: dict[str, int]) -> None:
-    """Refuse a value that neither the runs that have it can use, nor the base by itself.
+    """Raise InputError for a value that is invalid both in its run and with the base alone.
 
-    What is refused only beside values of other variables makes a row with a status.
+    A value that is invalid only together with other variables makes a row with a status.
     """
     at = dict.fromkeys(design.sizes, 0) | indices
     table = name.partition(".")[0]
@@ -270,4 +325,5 @@ def _check_value(design: Design, name: str, indices: dict[str, int]) -> None:
 
 
 def _hash(content: bytes) -> str:
+    """Return the SHA-256 of content."""
     return hashlib.sha256(content).hexdigest()

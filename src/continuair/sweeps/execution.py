@@ -1,4 +1,4 @@
-"""Runs a sweep: which units are left, who computes them, and what there is at the end."""
+"""Execution of sweeps: remaining units, where they are computed, and the result."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from continuair.sweeps.design import Design, load_design
 from continuair.sweeps.results import open_sweep
 from continuair.sweeps.units import check, compute, unit_size
 
-# zarr and Dask are optional: what needs them is imported where it is used.
+# zarr and Dask are optional, and imported where needed.
 if TYPE_CHECKING:
     from continuair.sweeps.store import Store
 
@@ -37,16 +37,39 @@ def sweep(
     repair: bool = False,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Fly all runs of a design into a store, or those that are left, and return its results.
+    """Simulate all runs of a design, or those that remain, into a store.
 
-    design: a .toml file, or a Dataset whose variables are fields (docs/sweeps.md). out: the zarr
-    store; one of the same design is continued. metrics: names, those of the design by default.
-    device: "cpu", "cuda" or one of several, "cuda:1". threads: CPU threads, all by default.
-    scheduler: the address of a Dask scheduler whose workers see the same `out`. shard: (i, n), to
-    do the i-th of n parts, counted from 1. repair: whether to compute damaged units of the store
-    again, and write what describes it anew; without, damage is an error. progress: called with
-    (done, total, what). Returns the Dataset of `open_sweep`. Raises InputError before anything is
-    written.
+    Parameters
+    ----------
+    design : str, path, xarray.Dataset or Design
+        A TOML file, or a Dataset whose variables are fields (docs/howto/sweeps.md).
+    out : str or path
+        The zarr store. One of the same design is continued.
+    metrics : iterable of str, optional
+        Metrics to keep instead of the design's.
+    device : str, optional
+        "cpu", "cuda", or one of several, such as "cuda:1".
+    threads : int, optional
+        CPU threads. Default: all.
+    scheduler : str, optional
+        Address of a Dask scheduler whose workers can access `out`.
+    shard : tuple of int, optional
+        (i, n): compute the i-th of n parts, counted from 1.
+    repair : bool, optional
+        Recompute damaged units of the store, and rewrite its description. Otherwise damage is an
+        error.
+    progress : callable, optional
+        Called with (done, total, description).
+
+    Returns
+    -------
+    xarray.Dataset
+        Results as of `open_sweep`.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used; nothing is written then.
     """
     checks.installed("zarr", "sweep")
     path = user_path("out", out).absolute()
@@ -56,7 +79,7 @@ def sweep(
         checks.whole("threads", threads, 1)
     report = progress or (lambda done, total, what: None)
     device = "cuda:0" if device == "cuda" else device
-    # The workers of a cluster may have a device that this machine has not.
+    # The workers of a cluster may have a device that this machine lacks.
     here = "cpu" if scheduler is not None and device.startswith("cuda") else device
     check_device(here)
     with _client(scheduler) as client:
@@ -75,7 +98,7 @@ def sweep(
 
             compute_on(client, store, left, device, count)
         elif left:
-            # It compiles, which the threads would all wait for.
+            # Compile before the threads start, which would all wait for it.
             check(found, here)
             _compute_here(store, left, device, threads, count)
         if store.done().all():
@@ -84,7 +107,7 @@ def sweep(
 
 
 class _Count:
-    """Reports one more unit done each time it is called."""
+    """Count finished units, and report each."""
 
     def __init__(self, done: int, total: int, report: Progress) -> None:
         self.done, self.total, self.report = done, total, report
@@ -97,6 +120,7 @@ class _Count:
 
 @contextmanager
 def _client(scheduler: str | None) -> Iterator[Any]:
+    """Yield a client of a scheduler, or None without one."""
     if scheduler is None:
         yield None
         return
@@ -109,7 +133,7 @@ def _client(scheduler: str | None) -> Iterator[Any]:
 def _opened(
     path: Path, design: Design, device: str, here: str, repair: bool, report: Progress
 ) -> Store:
-    """The store at a path, made first if there is none and the design flies on the device here."""
+    """Return the store at a path; a new one is created after the design is checked."""
     from continuair.sweeps.making import check_new, create, renew
     from continuair.sweeps.store import DamagedStore, is_store, open_store
 
@@ -130,12 +154,13 @@ def _opened(
 def _compute_here(
     store: Store, units: list[int], device: str, threads: int | None, done: Callable[[], None]
 ) -> None:
-    """Compute units side by side, so that one is prepared or written while another flies."""
+    """Compute units in parallel, so that one is prepared or written while another is simulated."""
     threads = threads or os.cpu_count() or 1
-    # A GPU flies one unit at a time.
+    # A GPU computes one unit at a time.
     side_by_side = min(threads, len(units)) if device == "cpu" else 1
 
     def work(unit: int) -> None:
+        """Compute and store a unit."""
         runs = store.runs(unit)
         store.write(unit, compute(store.design, runs, device, threads // side_by_side))
 
@@ -149,7 +174,8 @@ def _compute_here(
             raise
 
 
-def _checked_shard(shard: Any) -> tuple[int, int]:
+def _checked_shard(shard: tuple[int, int]) -> tuple[int, int]:
+    """Return a pair (i, n) with i from 1 to n, or raise InputError."""
     pair = isinstance(shard, tuple) and len(shard) == 2 and all(map(checks.is_whole, shard))
     if not pair or not 1 <= shard[0] <= shard[1]:
         raise InputError(f"shard is {shown(shard)}; give (i, n) with i from 1 to n.")

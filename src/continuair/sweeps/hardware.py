@@ -1,4 +1,4 @@
-"""The kind of machine: what results to the last bit, and times, depend on beside the versions."""
+"""Kind of machine, on which run times and the last bits of results depend."""
 
 from __future__ import annotations
 
@@ -7,11 +7,18 @@ from pathlib import Path
 
 
 def machine() -> str:
-    """Return system, architecture and processor in one line."""
+    """Return system, architecture and processor.
+
+    Returns
+    -------
+    str
+        One line of text.
+    """
     return f"{platform.system()} {platform.machine()}, {_processor()}"
 
 
 def _processor() -> str:
+    """Return the name of the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -1,4 +1,4 @@
-"""Making the store of a sweep, alone or together with others that start at the same moment."""
+"""Creation of the store of a sweep, also by several processes at once."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from continuair.sweeps.units import quantities, unit_size
 
 _ARRAYS = ("results", "done", "design")
 _BLOCK = 4096
-# A file or folder takes whole blocks of the disk; beside its results, a unit has its flag and two
-# folders, and its names in two more.
+# Files and folders take whole blocks of the disk. A unit has results, a flag and two folders, and
+# entries in two more.
 _BLOCKS_PER_UNIT = 3
 _NAMES_PER_UNIT = 128
 _DISK_MARGIN = 1.05
 
 
 def bytes_needed(design: Design, size: int) -> int:
-    """How much of the disk the store of a design takes [bytes], at most."""
+    """Return the disk space that the store of a design takes at most [bytes]."""
     units = -(-design.runs // size)
     chunk = 8 * size * len(design.models) * len(quantities(design))
     per_unit = _blocks(chunk) + _BLOCKS_PER_UNIT * _BLOCK + _NAMES_PER_UNIT
-    # A variable has a description, and its values in a folder per dimension.
+    # A variable has a description, and a folder per dimension.
     inputs = sum(
         _blocks(variable.values.nbytes) + (3 + variable.values.ndim) * _BLOCK
         for variable in design.variables.values()
@@ -46,10 +46,10 @@ def bytes_needed(design: Design, size: int) -> int:
 
 
 def check_new(path: Path, design: Design, size: int) -> None:
-    """Raise InputError unless a store can be made: a usable folder, and room on its disk."""
+    """Raise InputError unless a store can be created: a usable folder, with space on its disk."""
     if path.exists() and not path.is_dir():
         raise InputError(f"out is {printed(path)}, which is a file; name a folder for the store.")
-    # The metadata of a store is there if another process has just made it.
+    # The metadata exists if another process has just created the store.
     known = (*_ARRAYS, METADATA)
     foreign = [
         entry.name
@@ -58,24 +58,23 @@ def check_new(path: Path, design: Design, size: int) -> None:
     ]
     if foreign:
         raise InputError(
-            f"out is {printed(path)}, which holds {printed(sorted(foreign)[0])} and is no store of "
-            "a sweep; name a new or empty folder."
+            f"out is {printed(path)}, which has {printed(sorted(foreign)[0])} and is not a store "
+            "of a sweep; name a new or empty folder."
         )
     existing = next(folder for folder in (path, *path.absolute().parents) if folder.is_dir())
     needed, free = bytes_needed(design, size), shutil.disk_usage(existing).free
     if needed * _DISK_MARGIN > free:
         raise InputError(
-            f"out is {printed(path)}, where the {design.runs:,} runs of the design take "
-            f"{_size(needed)}, but {_size(free)} are free; vary less, or name a folder on another "
-            "disk."
+            f"out is {printed(path)}, where the design's {design.runs:,} runs take "
+            f"{_size(needed)}, but {_size(free)} are free; vary less, or use another disk."
         )
 
 
 def create(path: Path, design: Design, device: str) -> None:
-    """Make the store of a design, where `check_new` has no objection.
+    """Create the store of a design, after `check_new`.
 
-    Where several processes do so at once, they make it together: each part is renamed into place
-    by whoever comes first, and what makes it a store, the metadata, comes last.
+    Several processes may do so at once: each part is renamed into place by the first, and the
+    metadata, which makes it a store, comes last.
     """
     try:
         with _new(path, design, device) as new:
@@ -84,7 +83,7 @@ def create(path: Path, design: Design, device: str) -> None:
             _describe(new, path)
             _link(new / METADATA, path / METADATA)
     except Exception as error:
-        # Another process has made it, and has removed ours as something left over.
+        # Another process has created the store, and removed this partial one.
         if is_store(path):
             return
         if isinstance(error, OSError):
@@ -93,17 +92,16 @@ def create(path: Path, design: Design, device: str) -> None:
 
 
 def renew(path: Path, design: Design, device: str) -> None:
-    """Write the description of a damaged store anew, and leave its results.
+    """Rewrite the description of a damaged store, and keep its results.
 
-    Raises InputError if no results there are of this design: it would be the store of another.
+    Raises InputError if the store has no results of this design.
     """
     try:
         with _new(path, design, device) as new:
             if not _is_of(design, device, path, new):
                 raise InputError(
-                    f"out is {printed(path)}, which is damaged and holds no results of this "
-                    "design, device and versions; use those that it was begun with, or name "
-                    "another folder."
+                    f"out is {printed(path)}, which is damaged and has no results of this design, "
+                    "device and versions; use the original ones, or another folder."
                 )
             for name in _description(new):
                 (path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -115,7 +113,7 @@ def renew(path: Path, design: Design, device: str) -> None:
 
 
 def _is_of(design: Design, device: str, path: Path, new: Path) -> bool:
-    """Whether any unit at a path has the checksum that it would have in the new store."""
+    """Return whether any unit at a path has the checksum that it would have in the new store."""
     size = unit_size(design, device)
     store = Store(path, design, kind(device), size, _attributes(design, device, size))
     done = [int(unit) for unit in np.flatnonzero(store.done())]
@@ -126,7 +124,7 @@ def _is_of(design: Design, device: str, path: Path, new: Path) -> bool:
 
 @contextmanager
 def _new(path: Path, design: Design, device: str) -> Iterator[Path]:
-    """A store without results, in a folder of its own beside the parts of the one at `path`."""
+    """Yield a store without results, in its own folder beside the parts of the one at `path`."""
     new = path / f"{NEW}{uuid.uuid4().hex}"
     try:
         new.mkdir(parents=True)
@@ -137,6 +135,7 @@ def _new(path: Path, design: Design, device: str) -> Iterator[Path]:
 
 
 def _fill(new: Path, design: Design, device: str, size: int) -> None:
+    """Create the arrays and attributes of a store."""
     group = zarr.open_group(new, mode="w")
     names = quantities(design)
     shape = (design.runs, len(design.models), len(names))
@@ -177,6 +176,7 @@ def _fill(new: Path, design: Design, device: str, size: int) -> None:
 
 
 def _attributes(design: Design, device: str, size: int) -> dict[str, Any]:
+    """Return the attributes of a store."""
     listed = {
         name: [list(variable.dims), variable.values.tolist()]
         for name, variable in design.variables.items()
@@ -201,19 +201,19 @@ def _attributes(design: Design, device: str, size: int) -> dict[str, Any]:
 
 
 def _is_array(variable: Variable) -> bool:
-    """Whether an array holds the variable; the attributes hold texts and what does not vary."""
+    """Return whether a variable is stored as an array; texts and constants are attributes."""
     return bool(variable.dims) and variable.values.dtype.kind in "bf"
 
 
 def _describe(new: Path, path: Path) -> None:
-    """Put the checksums of the files at `path` into the metadata of the new store."""
+    """Add the checksums of the files at `path` to the metadata of the new store."""
     group = json.loads((new / METADATA).read_bytes())
     content = json.dumps(sealed(group, path, _description(path)), indent=2)
     (new / METADATA).write_text(content, encoding="utf-8")
 
 
 def _move(source: Path, target: Path) -> None:
-    """Rename, unless another process has made the same already."""
+    """Rename, unless another process has created the same."""
     if not target.exists():
         try:
             os.rename(source, target)
@@ -221,39 +221,41 @@ def _move(source: Path, target: Path) -> None:
         except OSError:
             if not target.exists():
                 raise
-    # Another process may be writing results there already.
+    # Another process may already be writing results there.
     names = {name for name in _description(source.parent) if name.startswith(f"{source.name}/")}
     if not all(_same(source.parent / name, target.parent / name) for name in names):
         raise InputError(
-            f"out is {printed(target.parent)}, which holds the beginning of another sweep; if no "
-            "other command is writing there, remove it, or name another folder."
+            f"out is {printed(target.parent)}, which has an unfinished store of another sweep; "
+            "remove it if nothing is writing there, or name another folder."
         )
 
 
 def _link(source: Path, target: Path) -> None:
-    """Put a file into place, unless there is one by now."""
+    """Put a file into place, unless one exists."""
     try:
         os.link(source, target)
     except FileExistsError:
         pass
     except OSError:
-        # Not every file system has links.
+        # Not every file system supports links.
         if not target.exists():
             os.rename(source, target)
 
 
 def _description(folder: Path) -> list[str]:
-    """The files of a store that describe it, but for its own metadata, by their paths in it."""
+    """Return the paths of the files that describe a store, without its own metadata."""
     files = (path for path in (folder / "design").rglob("*") if path.is_file())
     names = {path.relative_to(folder).as_posix() for path in files}
     return sorted({f"results/{METADATA}", f"done/{METADATA}"} | names)
 
 
 def _same(one: Path, other: Path) -> bool:
+    """Return whether two files have the same content."""
     return other.is_file() and one.read_bytes() == other.read_bytes()
 
 
 def _unwritable(path: Path, error: OSError) -> InputError:
+    """Return an InputError for a folder that cannot be written to."""
     return InputError(
         f"out is {printed(path)}, which cannot be written to ({reason(error)}); name another "
         "folder."
@@ -261,11 +263,12 @@ def _unwritable(path: Path, error: OSError) -> InputError:
 
 
 def _blocks(count: int) -> int:
-    """The bytes that a file of that many takes."""
+    """Return the disk space of a file of `count` bytes."""
     return -(-count // _BLOCK) * _BLOCK
 
 
 def _size(count: float) -> str:
+    """Return a number of bytes as text."""
     for unit in ("B", "kB", "MB", "GB", "TB"):
         if count < 1000.0:
             return f"{count:.3g} {unit}"

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from continuair import checks
 from continuair.engine.pairs import ControlledPairs, Pairs
@@ -29,6 +30,7 @@ from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.closed_pairs import Reduced, track
+from continuair.typing import Array, Method, Model
 from continuair.vehicle.layout import DEVIATIONS, EULER_DEVIATIONS
 from continuair.vehicle.runs import per_run, varying
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_vehicle
@@ -43,71 +45,85 @@ METRICS: dict[str, tuple[str, str]] = {
     "max_px": ("px", "largest feature error of a coordinate"),
     "ds_max_px": ("px", "largest difference of the feature error's norm from that of the first"),
 }
-"""Metric -> (units, meaning); the last three are those of a closed loop with a target."""
-
-Array = np.ndarray
+"""Metric -> (units, meaning); the last three need a closed loop with a target."""
 
 
 def run_pairs(
     vehicle: Vehicle,
     scenario: Scenario,
-    models: Sequence[str] = ("decoupled",),
+    models: Sequence[Model] = ("decoupled",),
     *,
-    method: str = TSIT5,
+    method: Method = "Tsit5",
     rtol: float = DEFAULT_TOLERANCE,
     atol: float | None = None,
     max_step: float = np.inf,
-    step: float | str | Array | None = None,
+    step: float | Literal["auto"] | Array | None = None,
     check: bool = False,
     sample: float = 1e-3,
     duration: float | None = None,
     settle: float = 0.0,
     device: str = "cpu",
     threads: int | None = None,
-    **others: Any,
+    **others: object,
 ) -> xr.Dataset:
-    """Fly models of many runs beside the coupled one, and return metrics, not trajectories.
+    """Simulate models of many runs beside the coupled one, and return metrics.
 
     Parameters
     ----------
-    vehicle, scenario
-        One, or batches over runs as for `continuair.simulate`; inputs may be functions of time
-        that return a row per run.
-    models : sequence of str
-        Those that are compared with "coupled".
-    method, rtol, atol, max_step, step, check
-        As for `continuair.simulate`; check with "Tsit5" alone. No result depends on the batch that
-        a run was in.
+    vehicle : Vehicle
+        One vehicle with arms, or a batch.
+    scenario : Scenario
+        One scenario, or a batch. Inputs may be functions of time that return a row per run.
+    models : sequence of str, optional
+        Models that are compared with "coupled".
+    method : {"Tsit5", "RK4", "implicit"}, default "Tsit5"
+        As in `simulate`.
+    rtol, atol, max_step : float, optional
+        As in `simulate`.
+    step : float, array_like of shape (runs,), or "auto", optional
+        As in `simulate`.
+    check : bool, optional
+        As in `simulate`; with "Tsit5" only.
     sample : float, optional
         Time between the samples that are compared [s].
     duration : float, optional
-        The scenario's by default [s].
+        Duration [s]. Default: the scenario's.
     settle : float, optional
-        Time at the start that the metrics in pixels leave out, and in a loop without a target
-        those of the tip [s].
-    device : str
+        Time at the start that metrics in pixels exclude, and without a target those of the tip [s].
+        Needs a controller.
+    device : str, optional
         "cpu" or a CUDA device.
     threads : int, optional
-        CPU threads, all by default.
+        CPU threads. Default: all.
+    **others : object
+        None; older names of arguments are reported.
 
     Returns
     -------
     xarray.Dataset
-        Over (run, model), "coupled" first, with the vehicle's fields that vary as coordinates:
-        the metrics of `continuair.compare` nrmse_t, nrmse_r,
-        rmse_t_m, rmse_r_rad, angle_rad against the coupled run (0 for itself); with a controller
-        that looks at a target also rms_px, max_px and ds_max_px (of the norm of the feature error,
-        against the coupled run's), NaN of a run in which a point is behind the camera at a sample
-        that counts; tip_position and tip_attitude at the end; status (0: ok; the meanings are in
-        its attributes), end_time [s] and, of rotors, largest_saturation; steps, steps_rejected,
-        evaluations and, with check, error_estimate, or step [s]: as for `simulate`. A run of a
-        status other than 0, or beside such a coupled run, has NaN metrics; nrmse_r and rmse_r_rad
-        are NaN, with a warning, where samples do not follow the Euler angles of the tip.
+        Over (run, model), "coupled" first, with the vehicle's varying fields as coordinates:
+
+        * ``nrmse_t``, ``nrmse_r``, ``rmse_t_m``, ``rmse_r_rad`` and ``angle_rad`` of `compare`,
+          against the coupled run (0 for itself);
+        * with a target, ``rms_px``, ``max_px``, and ``ds_max_px`` (of the norm of the feature
+        error,
+          against the coupled run); NaN if a point is behind the camera at a sample;
+        * ``tip_position`` and ``tip_attitude`` at the end;
+        * ``status`` (0: ok; its attributes explain the codes), ``end_time`` [s] and, with rotors,
+          ``largest_saturation``;
+        * ``steps``, ``steps_rejected``, ``evaluations`` and, with `check`, ``error_estimate``; or
+          ``step`` [s]. As in `simulate`.
 
     Raises
     ------
     InputError
         If an argument cannot be used.
+
+    Notes
+    -----
+    Metrics are NaN for a run with a status other than 0, or whose coupled run has one. ``nrmse_r``
+    and ``rmse_r_rad`` are NaN, with a warning, if samples do not determine the Euler angles of the
+    tip. Results do not depend on the batch that a run was in.
     """
     checks.renamed("run_pairs", others, integrator="method")
     check_has_arms(check_vehicle(vehicle))
@@ -116,8 +132,7 @@ def run_pairs(
     tolerance = tolerance_for(method, rtol, atol, max_step)
     if checks.flag("check", check) and tolerance is None:
         raise InputError(
-            f"check is True, but method is {shown(method)}; give method='{TSIT5}', or check of "
-            "simulate."
+            f"check is True, but method is {shown(method)}; give method='{TSIT5}', or use simulate."
         )
     flight = prepare(
         vehicle,
@@ -161,14 +176,14 @@ def check_pairs(
     vehicle: Vehicle,
     scenario: Scenario,
     *,
-    method: str,
+    method: Method,
     rtol: float,
     step: float | str | None,
     sample: float,
     settle: float,
     device: str,
 ) -> None:
-    """Raise InputError for what `run_pairs` would refuse; nothing is flown."""
+    """Raise InputError for arguments that `run_pairs` would refuse, without a simulation."""
     flight = prepare(
         vehicle,
         scenario,
@@ -182,8 +197,8 @@ def check_pairs(
     _checked_settle(settle, flight)
 
 
-def lost_angles(metric: Array, status: Array) -> Array:
-    """Which runs (runs,) have a model whose Euler angles samples do not follow.
+def lost_angles(metric: Array, status: NDArray[np.generic]) -> NDArray[np.bool_]:
+    """Return which runs (runs,) have a model whose Euler angles samples do not determine.
 
     metric: one of Euler angles, NaN then; status: both (runs, models).
     """
@@ -192,7 +207,7 @@ def lost_angles(metric: Array, status: Array) -> Array:
 
 
 def _fly(flight: Flight, models: tuple[str, ...], settle: float, check: bool) -> Reduced:
-    """Fly all runs."""
+    """Simulate all runs."""
     if flight.scenario.controller is not None:
         found = track(flight, models, settle, check)
     elif flight.counted:
@@ -200,7 +215,7 @@ def _fly(flight: Flight, models: tuple[str, ...], settle: float, check: bool) ->
     else:
         found = _fly_open(flight, models)
     spin = flight.start.states[:, flight.coupled.layout.angular_velocity]
-    # Whole turns between samples, which attitudes do not show.
+    # Full revolutions between samples are invisible in attitudes.
     lost = np.linalg.norm(spin, axis=1) * flight.sample > np.pi
     for name in EULER_DEVIATIONS:
         found.metrics[name][lost, 1:] = np.nan
@@ -208,7 +223,7 @@ def _fly(flight: Flight, models: tuple[str, ...], settle: float, check: bool) ->
 
 
 def _fly_open(flight: Flight, models: tuple[str, ...]) -> Reduced:
-    """Fly all runs without a controller, in steps of one length."""
+    """Simulate all runs without a controller, in steps of one length."""
     pairs = Pairs([flight.engine(model) for model in models], flight.runs)
     end_time = np.zeros((flight.runs, len(models)))
     for cohort in flight.parts():
@@ -216,12 +231,12 @@ def _fly_open(flight: Flight, models: tuple[str, ...]) -> Reduced:
         pairs.fly(runs, cohort.start, grid, cohort.drive)
         end_time[runs] = np.append(grid.starts, grid.samples[-1])[pairs.last_step[runs]]
     metrics = {name: pairs.deviations[..., i] for i, name in enumerate(DEVIATIONS)}
-    untold, free = np.full(pairs.status.shape, np.nan), np.zeros(pairs.status.shape)
-    return Reduced(metrics, pairs.tip, pairs.status, end_time, untold, pairs.saturation, free)
+    unknown, free = np.full(pairs.status.shape, np.nan), np.zeros(pairs.status.shape)
+    return Reduced(metrics, pairs.tip, pairs.status, end_time, unknown, pairs.saturation, free)
 
 
 def _fly_controlled(flight: Flight, models: tuple[str, ...], check: bool) -> Reduced:
-    """Fly all runs without a controller, their steps as their errors allow."""
+    """Simulate all runs without a controller, in steps controlled by their errors."""
     assert flight.tolerance is not None
     pairs = ControlledPairs([flight.engine(model) for model in models], flight.runs)
     ticks = ticks_of(flight.scenario, flight.duration, flight.marks.samples)
@@ -245,7 +260,7 @@ def _fly_controlled(flight: Flight, models: tuple[str, ...], check: bool) -> Red
 
 
 def _variables(found: Reduced) -> dict[str, Any]:
-    """Variables of a result over (run, model), with their units."""
+    """Return the variables of a result over (run, model), with their units."""
     dims = ("run", "model")
     data: dict[str, Any] = {}
     for name, values in found.metrics.items():
@@ -266,15 +281,16 @@ def _variables(found: Reduced) -> dict[str, Any]:
     return data
 
 
-def _checked_models(models: Any) -> tuple[str, ...]:
-    """The models to fly, the reference first."""
+def _checked_models(models: Sequence[Model]) -> tuple[Model, ...]:
+    """Return the models to simulate, the reference first."""
     listed = isinstance(models, Sequence) and not isinstance(models, str)
     if not listed or any(name not in MODELS for name in models):
         raise InputError(f"models is {shown(models)}; give a list of {', '.join(SIMPLER)}.")
     return (REFERENCE, *(name for name in dict.fromkeys(models) if name != REFERENCE))
 
 
-def _checked_settle(settle: Any, flight: Flight) -> float:
+def _checked_settle(settle: float, flight: Flight) -> float:
+    """Return a valid settling time [s], or raise InputError."""
     if not checks.is_number(settle) or not 0.0 <= settle < flight.duration:
         raise InputError(
             f"settle is {shown(settle)}; give a time from 0 to below the duration "
@@ -282,7 +298,7 @@ def _checked_settle(settle: Any, flight: Flight) -> float:
         )
     if settle and flight.scenario.controller is None:
         raise InputError(
-            f"settle is {shown(settle)}, but no controller makes the flight settle; leave it out, "
-            "or use `compare` of two flights from that time on."
+            f"settle is {shown(settle)}, but the scenario has no controller; omit it, or use "
+            "`compare` from that time on."
         )
     return float(settle)

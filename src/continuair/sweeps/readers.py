@@ -1,4 +1,4 @@
-"""Who reads which field of a design: what nobody reads would vary, or be set, without effect."""
+"""Choices that use fields of a design; an unused field would have no effect."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 
 from continuair.errors import InputError, shown
 from continuair.sweeps.tables import Base
-
-Array = np.ndarray
+from continuair.typing import Array
 
 Readers = dict[str, tuple[str, ...]]
-"""The values of choices, such as scenario.test, with which a field is read."""
+"""Choices, such as scenario.test, with their values that use a field."""
 
 _TEST, _EXCITATION, _LAW = "scenario.test", "scenario.excitation", "controller.law"
 _WAVES: Readers = {_EXCITATION: ("sine", "chirp")}
@@ -22,7 +21,7 @@ _SERVOING: Readers = {_LAW: ("servoing",)}
 _CLASSIC: Readers = {_LAW: ("classic",)}
 
 _CAMERA = "vehicle.camera."
-"""All but its arm, of whose tip metrics are, acts through a controller alone."""
+"""Fields of the camera affect only closed loops, except its arm, whose tip the metrics use."""
 
 READERS: dict[str, Readers] = {
     "scenario.f1": {_TEST: ("D",)},
@@ -42,19 +41,19 @@ READERS: dict[str, Readers] = {
     "controller.rate": _CLASSIC,
     "controller.inner": _CLASSIC,
 }
-"""Fields that not every run reads, with the choices whose values read them."""
+"""Fields that not every run uses, with the values of choices that use them."""
 
 
 def check_read(base: Base, varied: Mapping[str, Array]) -> None:
-    """Raise InputError for a field that a design gives or varies and that none of its runs reads.
+    """Raise InputError for a field that a design gives or varies and that none of its runs uses.
 
     varied: the values of fields that [set] gives or that vary, by name.
     """
     for field in varied:
         if field.startswith(_CAMERA) and field != _CAMERA + "arm" and base.controller is None:
             raise InputError(
-                f"{field} is given, but nothing looks without a [controller]; leave it out, or "
-                "give one and a [target]."
+                f"{field} is given, but has no effect without a [controller]; omit it, or give "
+                "a [controller] and a [target]."
             )
     for field, readers in READERS.items():
         table, _, name = field.partition(".")
@@ -66,19 +65,19 @@ def check_read(base: Base, varied: Mapping[str, Array]) -> None:
         found = _values(base, varied, field)
         problem = f"{field} varies" if len(found) > 1 else f"{field} is {shown(found[0])}"
         raise InputError(
-            f"{problem}, but nothing reads it with {_listed(chosen, ' and ')}; leave it out, or "
+            f"{problem}, but has no effect with {_listed(chosen, ' and ')}; omit it, or "
             f"give {_listed(readers, ' or ')}."
         )
 
 
 def _given(base: Base, table: str) -> set[str]:
-    """The fields that a table of the design names."""
+    """Return the fields that a table of the design gives."""
     found = getattr(base, table)
     return set() if found is None else found.model_fields_set
 
 
 def _values(base: Base, varied: Mapping[str, Array], field: str) -> list[Any]:
-    """The values that a field has over all runs."""
+    """Return the values that a field has over all runs."""
     table, _, name = field.partition(".")
     return (
         np.unique(varied[field]).tolist()
@@ -88,7 +87,7 @@ def _values(base: Base, varied: Mapping[str, Array], field: str) -> list[Any]:
 
 
 def _listed(choices: Mapping[str, Sequence[Any]], joined: str) -> str:
-    """Choices with their values, as in scenario.test 'A' or 'B'."""
+    """Return choices with their values, as in scenario.test 'A' or 'B'."""
     return joined.join(
         f"{choice} {' or '.join(map(shown, values))}" for choice, values in choices.items()
     )

@@ -1,4 +1,4 @@
-"""The results of a sweep as a labelled Dataset over the dimensions of its design."""
+"""Results of a sweep as a labelled Dataset over the dimensions of its design."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import json
 import os
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from continuair import checks
@@ -21,6 +20,7 @@ from continuair.flight.trajectory import COUNTED, ERROR_ESTIMATE, LARGEST_SATURA
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import METRICS, lost_angles
 from continuair.sweeps.units import STATUSES
+from continuair.typing import Array
 from continuair.vehicle.layout import EULER_DEVIATIONS
 from continuair.warning import warn
 
@@ -42,12 +42,25 @@ _PROVENANCE = ("design_hash", "seed", "machine", "device", "unit_size", "done")
 
 
 def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
-    """The results of a store, finished or not, over the design's dimensions and `model`.
+    """Return the results of a store, finished or not.
 
-    Data variables are the metrics, the tip's position at the end, status, end_time, steps or step
-    and, with check, error_estimate (NaN where a run is not done); coordinates are what varied, by
-    which dimensions are labelled that are called after it. Attributes hold the provenance; `done`
-    and `runs` in them count the runs. Raises InputError if there is no store, or it is damaged.
+    Parameters
+    ----------
+    out : str or path
+        The store.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the design's dimensions and `model`: the metrics, the tip's final position, status,
+        end_time, steps or step and, with `check`, error_estimate; NaN for runs that are not done.
+        Coordinates are the fields that varied; they label dimensions of the same name. Attributes
+        are the provenance; `done` and `runs` count runs.
+
+    Raises
+    ------
+    InputError
+        If there is no store, or it is damaged.
     """
     checks.installed("zarr", "sweep")
     from continuair.sweeps.store import open_store
@@ -58,8 +71,8 @@ def open_sweep(out: str | os.PathLike[str]) -> xr.Dataset:
     return labelled(store.design, values, attributes | {"done": done})
 
 
-def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) -> xr.Dataset:
-    """A Dataset from quantities (runs, models, quantities)."""
+def labelled(design: Design, results: Array, attributes: dict[str, Any]) -> xr.Dataset:
+    """Return a Dataset from quantities (runs, models, quantities)."""
     dims, shape = list(design.sizes), list(design.sizes.values())
     grid = results.reshape(*shape, *results.shape[1:])
     data: dict[str, Any] = {}
@@ -78,7 +91,7 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     if {"rmse_r_rad", "angle_rad"} <= set(names):
         euler, angle = (results[..., names.index(name)] for name in ("rmse_r_rad", "angle_rad"))
         warn_of_overstated_angles(euler, angle, stacklevel=4)
-    _tell_of_still_rotors(design)
+    _warn_of_still_rotors(design)
     coordinates: dict[str, Any] = {
         name: (list(variable.dims), variable.values) for name, variable in design.variables.items()
     }
@@ -89,9 +102,11 @@ def labelled(design: Design, results: np.ndarray, attributes: dict[str, Any]) ->
     return xr.Dataset(data, coordinates, {"name": design.base.name, "runs": design.runs, **kept})
 
 
-def _labels(design: Design) -> dict[str, np.ndarray]:
-    """Labels of dimensions: those of the design, or else the values of the field that a dimension
-    is called after, lest a value be taken for an index."""
+def _labels(design: Design) -> dict[str, Array]:
+    """Return labels of dimensions: the design's, or the values of the field of the same name.
+
+    Without labels, a value could be mistaken for an index.
+    """
     named = {
         variable.dims[0]: variable.values
         for name, variable in design.variables.items()
@@ -100,12 +115,12 @@ def _labels(design: Design) -> dict[str, np.ndarray]:
     return named | dict(design.labels)
 
 
-def _tell_of_still_rotors(design: Design) -> None:
-    """Warn that rotors rest in the paper's tests, where `simulate` would let them hover."""
+def _warn_of_still_rotors(design: Design) -> None:
+    """Warn that rotors rest in the paper's tests, while `simulate` would let them hover."""
     tests = design.base.scenario.test is not None or "scenario.test" in design.variables
     if tests and design.vehicle.uav.rotors is not None:
         warn(
-            "scenario.test lets rotors stand still, and its forces act on the UAV directly, as in "
-            "the paper; use an excitation for rotors that hover.",
+            "scenario.test stops the rotors, and its forces act on the UAV directly, as in the "
+            "paper; use an excitation for hovering rotors.",
             stacklevel=5,
         )

@@ -1,8 +1,8 @@
-"""The store of a sweep: a zarr group that survives being killed at any moment, and knows damage.
+"""The store of a sweep: a zarr group that can be killed at any moment, and detects damage.
 
 `results` (runs, models, quantities) has one chunk per unit of work. `done` (units,) is 0 until a
-unit is done, and then the checksum of that chunk, written after it. Both are written whole and
-renamed into place: what there is, is complete, unless something else has changed it.
+unit is done, and then the checksum of that chunk, written after it. Both are written completely and
+renamed into place, so that existing files are complete, unless something else has changed them.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from typing import Any
 
 import numpy as np
 import zarr
+from numpy.typing import NDArray
 
 from continuair.errors import InputError
 from continuair.files import printed, reason
 from continuair.sweeps import checksums
 from continuair.sweeps.design import Design, Variable
 from continuair.sweeps.tables import Base
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 FORMAT = 3
 """1 had no checksums; 2, which is read but not resumed, had steps of one length and step_error."""
@@ -43,12 +43,12 @@ _MOST_NAMED = 8
 
 
 class DamagedStore(InputError):
-    """What a store holds is not what was written to it."""
+    """The content of a store differs from what was written."""
 
 
 @dataclass(frozen=True)
 class Store:
-    """An open store: its design, the device and the unit size that it was made for."""
+    """An open store: its design, and the device and unit size that it was created for."""
 
     path: Path
     design: Design
@@ -58,7 +58,7 @@ class Store:
 
     @property
     def units(self) -> int:
-        """The number of units of work."""
+        """Number of units of work."""
         return -(-self.design.runs // self.size)
 
     @property
@@ -70,28 +70,28 @@ class Store:
             len(self.attributes["quantities"]),
         )
 
-    def runs(self, unit: int) -> Array:
-        """The indices of a unit's runs."""
+    def runs(self, unit: int) -> NDArray[np.intp]:
+        """Return the indices of a unit's runs."""
         return np.arange(unit * self.size, min((unit + 1) * self.size, self.design.runs))
 
     def is_done(self, unit: int) -> bool:
-        """Whether a unit is done, damaged or not."""
+        """Return whether a unit is done, damaged or not."""
         return os.path.lexists(self._flag(unit))
 
-    def done(self) -> Array:
-        """Which units are done (units,), damaged or not."""
+    def done(self) -> NDArray[np.bool_]:
+        """Return which units are done (units,), damaged or not."""
         folder = self._flag(0).parent
         names = set(os.listdir(folder)) if folder.is_dir() else set()
         return np.array([str(unit) in names for unit in range(self.units)])
 
     def read(self, unit: int) -> Array | None:
-        """The results of a unit that is done, None if they are not what was written."""
+        """Return the results of a unit that is done, or None if it is damaged."""
         try:
             flag, content = self._flag(unit).read_bytes(), self._chunk(unit).read_bytes()
         except PermissionError as error:
             raise InputError(
-                f"out is {printed(self.path)}, which cannot be read ({reason(error)}); correct the "
-                "permissions of what is in it."
+                f"out is {printed(self.path)}, which cannot be read ({reason(error)}); correct "
+                "its permissions."
             ) from None
         except OSError:
             return None
@@ -101,11 +101,12 @@ class Store:
         return block[: len(self.runs(unit))]
 
     def damaged(self) -> list[int]:
-        """The units that are done, but not with the results that were written."""
+        """Return the units that are done but damaged."""
         return [unit for unit in self._done_units() if self.read(unit) is None]
 
     def results(self) -> tuple[Array, int]:
-        """All results (runs, models, quantities), NaN where a run is not done, and how many are.
+        """Return all results (runs, models, quantities), NaN if not done, and the number of runs
+        done.
 
         Raises DamagedStore, naming the units.
         """
@@ -128,13 +129,12 @@ class Store:
         names = ", ".join(map(str, damaged[:_MOST_NAMED]))
         names += f" and {len(damaged) - _MOST_NAMED} more" if len(damaged) > _MOST_NAMED else ""
         raise DamagedStore(
-            f"out is {printed(self.path)}, in which the results of {_counted(damaged)} {names} "
-            f"(of {self.units}, from 0) are damaged; repeat the sweep with --repair, or "
-            "repair=True, to compute them again."
+            f"out is {printed(self.path)}, where results of {_counted(damaged)} {names} "
+            f"(of {self.units}, from 0) are damaged; recompute them with --repair or repair=True."
         )
 
     def write(self, unit: int, block: Array) -> None:
-        """Keep the results of a unit, its flag last; raises InputError if the disk is full."""
+        """Store the results of a unit, its flag last; InputError if the disk is full."""
         chunk = np.full((self.size, *self.shape[1:]), np.nan, "<f8")
         chunk[: len(block)] = block
         content = chunk.tobytes()
@@ -143,44 +143,48 @@ class Store:
             _replace(self._flag(unit), checksums.of_unit(self.attributes, unit, content))
         except OSError as error:
             if self.is_done(unit) and self.read(unit) is not None:
-                return  # another process has done the same unit, and cleaned up
+                return  # another process has computed the same unit, and cleaned up
             raise InputError(
                 f"out is {printed(self.path)}, which can no longer be written to ({reason(error)});"
-                " make room there, and repeat the command to go on."
+                " free space there, and repeat the command to continue."
             ) from None
 
     def forget(self, units: Iterable[int]) -> None:
-        """Remove damaged units, so that they are computed again."""
+        """Remove damaged units, so that they are recomputed."""
         for unit in units:
-            # Another process may have computed it again by now.
+            # Another process may have recomputed it by now.
             if self.is_done(unit) and self.read(unit) is None:
                 # The flag first: a unit without one is not done.
                 _remove(self._flag(unit))
                 _remove(self._chunk(unit).parents[1])
 
     def clean(self) -> None:
-        """Remove what killed processes have left; call it when all is done."""
+        """Remove files of killed processes; call it when all units are done."""
         for left in [*self.path.glob(f"{NEW}*"), *self._partial()]:
             _remove(left)
 
     def _done_units(self) -> list[int]:
+        """Return the units that are done."""
         return [int(unit) for unit in np.flatnonzero(self.done())]
 
     def _partial(self) -> Iterator[Path]:
+        """Yield partial files of killed processes."""
         for folder in (self.path / "results" / "c", self.path / "done" / "c"):
             for path in folder.rglob("*.partial"):
                 if _PARTIAL.fullmatch(path.name):
                     yield path
 
     def _chunk(self, unit: int) -> Path:
+        """Return the path of a unit's results."""
         return self.path / "results" / "c" / str(unit) / "0" / "0"
 
     def _flag(self, unit: int) -> Path:
+        """Return the path of a unit's flag."""
         return self.path / "done" / "c" / str(unit)
 
 
 def is_store(path: Path) -> bool:
-    """Whether there is a store, or another zarr group, to open at a path."""
+    """Return whether a path has a store, or another zarr group."""
     return (path / METADATA).is_file()
 
 
@@ -191,11 +195,10 @@ def open_store(
     *,
     any_version: bool = False,
 ) -> Store:
-    """Open a store, of a design and for a device if they are given; raises InputError.
+    """Open a store, of a design and for a device if given; raises InputError.
 
-    any_version: whether what is read may come from other versions, as it may not to be continued.
-    Raises DamagedStore if the store's description is not what was written; units are checked when
-    they are read.
+    any_version: accept stores of other versions, which can be read but not continued. Raises
+    DamagedStore if the store's description is damaged; units are checked when read.
     """
     if not is_store(path):
         raise InputError(
@@ -208,13 +211,13 @@ def open_store(
 
 
 def _attributes(path: Path) -> dict[str, Any]:
-    """The attributes of a store that is of this version and whole."""
+    """Return the attributes of a store of a known format, if undamaged."""
     try:
         group = json.loads((path / METADATA).read_bytes())
     except OSError as error:
         raise InputError(
-            f"out is {printed(path)}, which cannot be read ({reason(error)}); correct the "
-            "permissions of what is in it."
+            f"out is {printed(path)}, which cannot be read ({reason(error)}); correct its "
+            "permissions."
         ) from None
     except (ValueError, RecursionError):
         raise _damaged(path, METADATA) from None
@@ -225,15 +228,15 @@ def _attributes(path: Path) -> dict[str, Any]:
         )
     if attributes["continuair_sweep"] not in _READ:
         raise InputError(
-            f"out is {printed(path)}, which another version of continuair made, with other or no "
-            "checksums; open it with that version, or name another folder to fly the design again."
+            f"out is {printed(path)}, made by another version of continuair, with other or no "
+            "checksums; use that version, or name another folder."
         )
     try:
         damaged = checksums.damaged_files(group, path, METADATA)
     except OSError as error:
         raise InputError(
-            f"out is {printed(path)}, which cannot be read ({reason(error)}); correct the "
-            "permissions of what is in it."
+            f"out is {printed(path)}, which cannot be read ({reason(error)}); correct its "
+            "permissions."
         ) from None
     if damaged:
         raise _damaged(path, damaged[0])
@@ -241,9 +244,10 @@ def _attributes(path: Path) -> dict[str, Any]:
 
 
 def _damaged(path: Path, name: str) -> DamagedStore:
+    """Return a DamagedStore for a file of the description."""
     return DamagedStore(
-        f"out is {printed(path)}, whose {name} is damaged; repeat the sweep with --repair, or "
-        "repair=True, to write it anew and keep the units that are whole."
+        f"out is {printed(path)}, whose {name} is damaged; rewrite it with --repair or "
+        "repair=True, which keeps intact units."
     )
 
 
@@ -254,15 +258,15 @@ def _check_continued(
     device: str | None,
     any_version: bool,
 ) -> None:
-    """Raise InputError unless a store is that of the design, the versions and the device."""
+    """Raise InputError unless a store is of the design, the versions and the device."""
     if design is not None and attributes["continuair_sweep"] != FORMAT:
         raise InputError(
-            f"out is {printed(path)}, a store of an earlier version of continuair, which "
-            "open_sweep reads; name another folder to fly the design again."
+            f"out is {printed(path)}, a store of an earlier version of continuair, which only "
+            "open_sweep reads; name another folder."
         )
     if design is not None and attributes["design_hash"] != design.digest:
         raise InputError(
-            f"out is {printed(path)}, which holds the sweep of another design "
+            f"out is {printed(path)}, which has the sweep of another design "
             f"({attributes['design']['base']['name']}); name another folder, or use that design."
         )
     here, there = versions(), attributes["versions"]
@@ -280,7 +284,7 @@ def _check_continued(
 
 
 def _design_of(path: Path, attributes: dict[str, Any]) -> Design:
-    """The design that a store was made for."""
+    """Return the design of a store."""
     group = zarr.open_group(path / "design", mode="r", use_consolidated=False)
     numbers = {
         name: Variable(tuple(array.metadata.dimension_names or ()), array[...])
@@ -291,27 +295,27 @@ def _design_of(path: Path, attributes: dict[str, Any]) -> Design:
         for name, (dims, values) in attributes["listed"].items()
     }
     variables = {name: {**numbers, **listed}[name] for name in attributes["variables"]}
-    # Stores that were begun before labels were kept have none.
+    # Older stores have no labels.
     labels = {name: np.array(each) for name, each in attributes.get("labels", {}).items()}
     described = attributes["design"]
-    # A store of format 2 does not name the method that was the only one for long.
+    # A store of format 2 has no method: RK4.
     before = {"method": "RK4"} if attributes["continuair_sweep"] != FORMAT else {}
     base, vehicle = Base(**before | described["base"]), Vehicle(**described["vehicle"])
     return Design(base, vehicle, variables, attributes["sizes"], labels)
 
 
 def versions() -> dict[str, str]:
-    """The versions that results depend on."""
+    """Return the versions that results depend on."""
     return {name: version(name) for name in _VERSIONS}
 
 
 def kind(device: str) -> str:
-    """The kind of a device: cpu or cuda."""
+    """Return the kind of a device: cpu or cuda."""
     return device.split(":")[0]
 
 
 def _replace(path: Path, content: bytes) -> None:
-    """Write a file whole, or not at all."""
+    """Write a file completely, or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f"{path.name}.{uuid.uuid4().hex}.partial")
     try:
@@ -323,6 +327,7 @@ def _replace(path: Path, content: bytes) -> None:
 
 
 def _remove(path: Path) -> None:
+    """Remove a file or folder, if it exists."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
     else:
@@ -330,4 +335,5 @@ def _remove(path: Path) -> None:
 
 
 def _counted(units: list[int]) -> str:
+    """Return "unit" or "units"."""
     return "unit" if len(units) == 1 else "units"

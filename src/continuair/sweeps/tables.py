@@ -1,4 +1,4 @@
-"""The tables of a design: what all runs of a sweep share, and what can vary from run to run."""
+"""Tables of a design: fields that all runs of a sweep share, or that vary between runs."""
 
 from __future__ import annotations
 
@@ -15,18 +15,20 @@ from continuair.vehicle.layout import CHANNELS
 from continuair.vehicle.vehicle import Vehicle
 
 
-def _positive_or_auto(value: Any) -> float | str:
+def _positive_or_auto(value: Any) -> float | Literal["auto"]:
+    """Return a step, or raise ValueError."""
     if isinstance(value, str) and value == "auto":
-        return value
+        return "auto"
     if not checks.is_number(value) or not value > 0.0:
         raise ValueError("must be a finite number above 0, or 'auto'")
     return float(value)
 
 
-Step = Annotated[float | str, BeforeValidator(_positive_or_auto)]
+Step = Annotated[float | Literal["auto"], BeforeValidator(_positive_or_auto)]
 
 
 def _channel(value: Any) -> str:
+    """Return a channel, or raise ValueError."""
     if not isinstance(value, str) or value not in CHANNELS:
         raise ValueError(f"must be one of {', '.join(CHANNELS)}")
     return value
@@ -36,6 +38,7 @@ Channel = Annotated[str, BeforeValidator(_channel)]
 
 
 def _letters(value: Any) -> str:
+    """Return letters, or raise ValueError."""
     if not isinstance(value, str) or not value or any(x not in LETTERS for x in value.upper()):
         raise ValueError(f"must be text of the letters {', '.join(LETTERS)}")
     return value
@@ -45,10 +48,10 @@ Letters = Annotated[str, BeforeValidator(_letters)]
 
 
 class ScenarioTable(Part):
-    """How the runs start, what excites them, and for how long."""
+    """Initial state, excitation and duration of the runs."""
 
     test: Literal["A", "B", "C", "D"] | None = None
-    """an open-loop test of the paper, whose inputs are multiplied by amplitude"""
+    """open-loop test of the paper, whose inputs are multiplied by amplitude"""
 
     f1: NotNegative = 1.0
     """the chirp's frequency at 10 s in Test D [Hz]"""
@@ -82,7 +85,7 @@ class ScenarioTable(Part):
     """the acceleration of gravity [m/s²]"""
 
     x: Finite | None = None
-    """the initial position [m]; with a target, from where the image is the desired one"""
+    """the initial position [m]; with a target, relative to that of the desired image"""
 
     y: Finite | None = None
     """the initial position, as x [m]"""
@@ -91,7 +94,7 @@ class ScenarioTable(Part):
     """the initial position, as x [m]"""
 
     roll: Finite = 0.0
-    """the initial roll [rad]; with a target, beyond that which faces it"""
+    """the initial roll [rad]; with a target, relative to that of the desired image"""
 
     pitch: Finite = 0.0
     """the initial pitch, as roll [rad]"""
@@ -131,6 +134,7 @@ class ScenarioTable(Part):
 
     @model_validator(mode="after")
     def _one_excitation(self) -> ScenarioTable:
+        """Raise InputError for both a test and an excitation."""
         if self.test is not None and self.excitation != "none":
             raise InputError(
                 f"excitation is '{self.excitation}' while test is '{self.test}'; keep one of them."
@@ -145,7 +149,7 @@ class ControllerTable(Part):
     """the paper's law with designed gains, or classic image-based servoing"""
 
     gains: Literal["constant", "current"] = "constant"
-    """made for the desired image, or anew for the image of now, in the paper's law"""
+    """for the desired image, or recomputed for the current image, in the paper's law"""
 
     bandwidth: Positive = 3.0
     """the bandwidth of the paper's law [rad/s]"""
@@ -154,7 +158,7 @@ class ControllerTable(Part):
     """the damping ratio of each direction that the image shows, in the paper's law [-]"""
 
     conditioning: NotNegative = 1.5e-3
-    """what slows the directions that the image hardly shows, in the paper's law [-]"""
+    """slows directions that the image hardly shows, in the paper's law [-]"""
 
     rate_gain: Positive = 1e-4
     """the share of K_d in the weights of the paper's law [s]"""
@@ -166,7 +170,7 @@ class ControllerTable(Part):
     """a moment against the bend rate, in the paper's law [N m³ s]"""
 
     integral: NotNegative = 0.0
-    """the rate at which the error, summed up over time, adds to it in the paper's law [1/s]"""
+    """the rate at which the time integral of the error adds to it in the paper's law [1/s]"""
 
     rate: Positive = 0.5
     """the rate of classic servoing [1/s]"""
@@ -195,7 +199,7 @@ class TargetTable(Part):
 
 
 class Base(Part):
-    """What all runs of a sweep share."""
+    """Fields that all runs of a sweep share."""
 
     name: Title = "sweep"
     """the name of the sweep"""
@@ -210,22 +214,22 @@ class Base(Part):
     """the metrics to keep; all that the scenario has by default"""
 
     method: Literal["Tsit5", "RK4", "implicit"] = "Tsit5"
-    """how steps are taken: as their errors allow, or of one length"""
+    """the integration method: steps controlled by their error, or of one length"""
 
     rtol: Positive = DEFAULT_TOLERANCE
-    """what a step of Tsit5 may err by, in natural units [-]"""
+    """the error tolerance of a step of Tsit5, in natural units [-]"""
 
     step: Step | None = None
     """the step of the other methods [s], or 'auto'"""
 
     check: bool = False
-    """whether Tsit5 flies twice and keeps error_estimate, in arm lengths"""
+    """whether Tsit5 runs twice and keeps error_estimate, in arm lengths"""
 
     sample: Positive = 2e-3
     """the time between the samples that are compared [s]"""
 
     settle: NotNegative = 0.0
-    """the time at the start that metrics in pixels leave out [s]"""
+    """the time at the start that metrics in pixels exclude [s]"""
 
     seed: Whole = 0
     """the seed of sampled variables and of the camera's noise"""
@@ -237,23 +241,25 @@ class Base(Part):
     """the scenario, a table ([scenario])"""
 
     controller: ControllerTable | None = None
-    """closes the loop, a table ([controller])"""
+    """the controller, a table ([controller])"""
 
     target: TargetTable | None = None
-    """what a controller looks at, a table ([target])"""
+    """the target of the camera, a table ([target])"""
 
     @model_validator(mode="after")
     def _steps_together(self) -> Base:
+        """Raise InputError for options that do not fit the method."""
         fixed = tolerance_for(self.method, self.rtol) is None
         step_for(self.method, self.step)
         if fixed and self.check:
             raise InputError(
-                f"check is true, but method is {shown(self.method)}; leave one of them out."
+                f"check is true, but method is {shown(self.method)}; omit one of them."
             )
         return self
 
     @model_validator(mode="after")
     def _closed_together(self) -> Base:
+        """Raise InputError for a controller without a target, or the reverse."""
         if (self.controller is None) != (self.target is None):
             absent = "controller" if self.controller is None else "target"
             raise InputError(f"{absent} is missing, but a closed loop needs both; add [{absent}].")
@@ -268,14 +274,14 @@ TABLES: dict[str, type[Part]] = {
 
 
 def changed(table: Any, fields: dict[str, Any]) -> Any:
-    """A copy of a table, or of a vehicle, with some fields changed; raises InputError."""
+    """Return a copy of a table, or of a vehicle, with some fields changed; raises InputError."""
     if isinstance(table, Vehicle):
         return table.replace(fields)
     return type(table)(**{name: getattr(table, name) for name in type(table).model_fields} | fields)
 
 
 def check_field(field: str, base: Base) -> None:
-    """Raise InputError unless a table of the design has the field `scenario.…` and so on."""
+    """Raise InputError unless a table of the design has the field, such as `scenario.x`."""
     table, _, name = field.partition(".")
     if table not in TABLES:
         remedy = f"start it with vehicle, {', '.join(TABLES)}, as in vehicle.arm.radius"

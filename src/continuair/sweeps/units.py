@@ -1,10 +1,11 @@
-"""One unit of work: some runs of a design, flown and reduced to numbers."""
+"""One unit of work: some runs of a design, simulated and reduced to numbers."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.errors import InputError
 from continuair.kernels.integrators import TSIT5
@@ -13,25 +14,24 @@ from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.design import Design
 from continuair.sweeps.pairs import check_pairs, run_pairs
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
 
-Array = np.ndarray
-
 REFUSED = -1
-"""Status of a run whose parameters no vehicle or scenario can have."""
+"""Status of a run with invalid parameters."""
 
 STATUSES = {REFUSED: "parameters refused", **STATUS}
 """Status -> meaning."""
 
 _ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time")
 
-# Simulated seconds of each model in a unit: a second or two of work of one core, or of a GPU.
+# Simulated seconds of each model in a unit: one or two seconds of work of a core, or of a GPU.
 _SECONDS_PER_UNIT = {"cpu": 1000.0, "cuda": 20000.0}
 
 
 def quantities(design: Design) -> tuple[str, ...]:
-    """What is kept of a run and model, in order."""
+    """Return the names of the quantities per run and model, in order."""
     steps = ("steps",) if design.base.method == TSIT5 else ("step",)
     checked = ("error_estimate",) * design.base.check
     saturation = ("largest_saturation",) * (design.vehicle.uav.rotors is not None)
@@ -39,18 +39,18 @@ def quantities(design: Design) -> tuple[str, ...]:
 
 
 def unit_size(design: Design, device: str) -> int:
-    """Runs per unit: those of the design, or what takes some seconds."""
+    """Return the runs per unit: the design's, or those of a few seconds of work."""
     if design.base.chunk is not None:
         return min(design.base.chunk, design.runs)
     seconds = _SECONDS_PER_UNIT[device.split(":")[0]]
-    # The quotient of a tiny duration is infinite.
+    # The quotient is infinite for a tiny duration.
     return max(1, int(min(seconds / design.base.scenario.duration, design.runs)))
 
 
-def compute(design: Design, runs: Array, device: str, threads: int | None) -> Array:
-    """Quantities (runs, models, quantities) of some runs of a design, by their indices.
+def compute(design: Design, runs: NDArray[np.intp], device: str, threads: int | None) -> Array:
+    """Return quantities (runs, models, quantities) of some runs of a design, by their indices.
 
-    A run whose parameters cannot be used is a row with the status REFUSED.
+    A run with invalid parameters is a row with the status REFUSED.
     """
     try:
         return _computed(design, runs, device, threads)
@@ -62,9 +62,9 @@ def compute(design: Design, runs: Array, device: str, threads: int | None) -> Ar
 
 
 def check(design: Design, device: str) -> None:
-    """Fly the start of some runs: compiles all kernels, and raises InputError if none can be flown.
+    """Simulate the start of some runs: compiles all kernels, and raises InputError if all fail.
 
-    One run that flies is enough, as others may be rows with a status.
+    One run that works is enough, as others may be rows with a status.
     """
     refusals = []
     probes = design.probes()
@@ -80,7 +80,7 @@ def check(design: Design, device: str) -> None:
 
 
 def _check_whole(design: Design, vehicle: Vehicle, scenario: Scenario, device: str) -> None:
-    """Raise InputError for what only the whole flight shows, as a start of it does not."""
+    """Raise InputError for arguments that only the whole flight shows to be invalid."""
     base = design.base
     # The step of every run is kept, and a coarse one was asked for.
     with untold():
@@ -96,7 +96,8 @@ def _check_whole(design: Design, vehicle: Vehicle, scenario: Scenario, device: s
         )
 
 
-def _computed(design: Design, runs: Array, device: str, threads: int | None) -> Array:
+def _computed(design: Design, runs: NDArray[np.intp], device: str, threads: int | None) -> Array:
+    """Return quantities of some runs, or raise InputError if any is invalid."""
     block = np.full((len(runs), len(design.models), len(quantities(design))), np.nan)
     for at, vehicle, scenario in batches(design, runs):
         scenario = scenario.replace(seed=_seeds(design.base.seed, runs[at]))
@@ -104,8 +105,8 @@ def _computed(design: Design, runs: Array, device: str, threads: int | None) -> 
     return block
 
 
-def _seeds(seed: int, runs: Array) -> list[int]:
-    """Camera noise of every run, whatever unit it is in."""
+def _seeds(seed: int, runs: NDArray[np.intp]) -> list[int]:
+    """Return the seeds of camera noise of every run, independent of units."""
     each = [np.random.SeedSequence([seed, int(run)]).generate_state(1)[0] for run in runs]
     return [int(one) for one in each]
 
@@ -114,6 +115,7 @@ def _fly(
     design: Design, vehicle: Vehicle, scenario: Scenario, device: str, threads: int | None,
     **options: Any,
 ) -> Array:  # fmt: skip
+    """Return the quantities of a batch."""
     base = design.base
     # The step of every run is kept, and a coarse one was asked for.
     with untold():
@@ -141,6 +143,7 @@ def _fly(
 
 
 def _refused(design: Design) -> Array:
+    """Return the row of a run with invalid parameters."""
     names = quantities(design)
     block = np.full((1, len(design.models), len(names)), np.nan)
     block[..., names.index("status")] = REFUSED

@@ -1,15 +1,15 @@
-"""All that acts on a vehicle, a file for each term, in the order in which device code sums them up.
+"""Forces on a vehicle, one file per term, in the order in which device code adds them.
 
-Gravity, springs and dampers are in the recursion along the arms (kernels/dynamics.py).
+Gravity, elasticity and structural damping are part of the dynamics (kernels/dynamics.py).
 """
 
 import numpy as np
 
 from continuair.kernels.device import Device
 from continuair.kernels.term_sum import Acting
+from continuair.terms.actuator_wrench import ActuatorWrench
 from continuair.terms.arm_drag import ArmDrag
 from continuair.terms.paper_torques import PaperTorques
-from continuair.terms.push import DirectPush
 from continuair.terms.rotor_drag import RotorDrag
 from continuair.terms.rotors import RotorThrusts
 from continuair.terms.term import Stream, Term, name_of
@@ -18,7 +18,7 @@ from continuair.terms.uav_drag import UavDrag
 from continuair.vehicle.vehicle import Vehicle
 
 TERMS: tuple[type[Term], ...] = (
-    DirectPush,
+    ActuatorWrench,
     PaperTorques,
     RotorThrusts,
     RotorDrag,
@@ -29,13 +29,35 @@ TERMS: tuple[type[Term], ...] = (
 
 
 def terms_of(vehicle: Vehicle) -> tuple[Term, ...]:
-    """The terms that act on a vehicle: those of the list, then its own."""
+    """Return the terms that act on a vehicle.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Vehicle, plain or batched.
+
+    Returns
+    -------
+    tuple of Term
+        Terms of the list TERMS that apply, then the vehicle's own.
+    """
     found = (term.of(vehicle) for term in TERMS)
     return (*(term for term in found if term is not None), *vehicle.terms)
 
 
 def compiled_terms(vehicle: Vehicle) -> tuple[Term, ...]:
-    """What kernels for a vehicle are made for: its terms without their numbers."""
+    """Return the terms of a vehicle as kernels are compiled for them, without their numbers.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Vehicle, plain or batched.
+
+    Returns
+    -------
+    tuple of Term
+        The terms, equal for vehicles that differ only in numbers of the terms.
+    """
     found: list[Term] = []
     first = 0
     for term in terms_of(vehicle):
@@ -45,7 +67,15 @@ def compiled_terms(vehicle: Vehicle) -> tuple[Term, ...]:
 
 
 def pack_terms(plants: np.ndarray, vehicle: Vehicle) -> None:
-    """Fill the fields of structured plants (runs,) that terms read."""
+    """Fill the fields of the device's Plant that terms read.
+
+    Parameters
+    ----------
+    plants : structured ndarray, shape (runs,)
+        Parameters of the vehicles, changed in place.
+    vehicle : Vehicle
+        The vehicle whose terms are packed.
+    """
     numbers = [np.empty((len(plants), 0))]
     for term in terms_of(vehicle):
         term.pack(plants, vehicle)
@@ -60,7 +90,7 @@ __all__ = [
     "Acting",
     "ArmDrag",
     "Device",
-    "DirectPush",
+    "ActuatorWrench",
     "PaperTorques",
     "RotorDrag",
     "RotorThrusts",

@@ -1,8 +1,8 @@
-"""Drag of the arms, across the backbone, in the wind and in air that other terms move."""
+"""Aerodynamic drag of the arms, normal to the backbone, in wind and in the rotors' downwash."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import warp as wp
@@ -15,16 +15,22 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.term_sum import Acting
 from continuair.kernels.wind import wind_code
-from continuair.terms.term import Stream, Term
+from continuair.terms.term import CasadiModel, Stream, Term
 from continuair.vehicle.rotors import AIR_DENSITY
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import DRAG_NODES, DRAG_WEIGHTS
 from continuair.vehicle.vehicle import Vehicle
 
+if TYPE_CHECKING:
+    from casadi import SX
+
 
 @dataclass(frozen=True)
 class ArmDrag(Term):
-    """½ ρ C_d 2r |v| v per length, v the velocity across the backbone through the air."""
+    """Drag of the arms, -½ ρ C_d 2r |v| v per length.
+
+    v is the component of the air-relative velocity normal to the backbone.
+    """
 
     field: ClassVar[str] = "drag_coefficient"
     in_wind: ClassVar[bool] = True
@@ -33,14 +39,46 @@ class ArmDrag(Term):
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
+        """Return the term if a section has a drag coefficient, else None.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            Vehicle, plain or batched.
+
+        Returns
+        -------
+        ArmDrag or None
+            The term.
+        """
         sections = (section for arm in vehicle.arms for section in arm.section)
         return cls() if any(each.drag_coefficient is not None for each in sections) else None
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
-        """Of the sections, per velocity and speed across them."""
+        """Return the field ``across``, drag per squared velocity of each section [N s²/m²].
+
+        Parameters
+        ----------
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        dict of str to tuple of int
+            Shape of each field.
+        """
         return {"across": (sum(tree.sections),)}
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
+        """Fill the field ``across``.
+
+        Parameters
+        ----------
+        plants : structured ndarray, shape (runs,)
+            Parameters of the vehicles, changed in place.
+        vehicle : Vehicle
+            The vehicle.
+        """
         runs = len(plants)
         sections = (section for arm in vehicle.arms for section in arm.section)
         for index, section in enumerate(sections):
@@ -50,9 +88,33 @@ class ArmDrag(Term):
                 plants["across"][:, index] = share * width * per_run(section.length, runs)
 
     def device(self, code: Device) -> Acting:
+        """Return the device functions of the drag.
+
+        Parameters
+        ----------
+        code : Device
+            Types and functions of device code.
+
+        Returns
+        -------
+        Acting
+            Load on each arm.
+        """
         return Acting(on_arm=_drag_on_arm(code.numbers, code.tree, code.frozen_arm))
 
-    def casadi(self, model: Any) -> Any:
+    def casadi(self, model: CasadiModel) -> "SX":
+        """Return the drag as a generalised force in CasADi.
+
+        Parameters
+        ----------
+        model : CasadiModel
+            The symbolic vehicle.
+
+        Returns
+        -------
+        SX, shape (6 + 2 N, 1)
+            The force.
+        """
         found = model.none
         for bent in (each for arm in model.arms for each in arm.sections):
             if bent.section.drag_coefficient is not None:
@@ -87,8 +149,10 @@ def _still_air(numbers: Numbers, tree: Tree) -> Stream:
 
 
 def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[int], Any]:
-    """Return the factory of an arm's load; frozen_arm: the air acts on bends of an arm whose base
-    keeps its initial pose."""
+    """Return the function that makes the device function of an arm's drag.
+
+    frozen_arm: whether the base of the arm stays at its initial pose for the load on the bends.
+    """
     types, tips, loads = (
         device_types(numbers, tree),
         tip_code(numbers, tree),
@@ -113,8 +177,8 @@ def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[in
 
         @wp.struct
         class Passage:
-            """What is found on the way out: the place with its motion, the load so far, and of each
-            section its force and its moment about the body's origin."""
+            """State of the recursion from base to tip: the current frame and its motion, the sum of
+            loads, and the force and moment about the body's origin of each section."""
 
             on: MovingTip
             load: Load
@@ -210,11 +274,12 @@ def _drag_on_arm(numbers: Numbers, tree: Tree, frozen_arm: bool) -> Callable[[in
 
         @wp.func
         def drag(y: State, plant: Plant, through: vec3, w: vec3, induced: Induced):
-            """Of a base that moves through the air, body axes, at nodes along each section."""
+            """Return the drag of an arm whose base moves at `through` relative to the air, in body
+            axes, summed over nodes along each section."""
             found = passage(y, plant, through, w, induced)
             out = found.load
             if wp.static(count > 1):
-                # What the sections beyond each one do to it.
+                # Loads of the outer sections on each section.
                 at = mounted(plant, arm)
                 out = back(out, found, at, out.force, out.moment, y, plant)
             return out

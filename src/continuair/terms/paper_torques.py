@@ -1,7 +1,7 @@
-"""The paper's torques: conjugate to Euler angles, and to κ and ψa on signed branches."""
+"""The paper's generalised forces, conjugate to Euler angles, and to κ and ψa on signed branches."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import warp as wp
 
@@ -12,24 +12,50 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.term_sum import Acting
 from continuair.sections.arc.bend import bend_code
-from continuair.terms.term import Term
+from continuair.terms.term import CasadiModel, Term
 from continuair.vehicle.layout import PAPER
+
+if TYPE_CHECKING:
+    from casadi import SX
 
 
 @dataclass(frozen=True)
 class PaperTorques(Term):
-    """Those of `tau` of a scenario; without it they are none."""
+    """Torques of `Scenario.tau`, conjugate to the paper's angles; zero without it."""
 
     differentiable: ClassVar[bool] = True
     has_power: ClassVar[bool] = False
     stiff: ClassVar[bool] = False
 
     def device(self, code: Device) -> Acting:
+        """Return the device functions of the torques.
+
+        Parameters
+        ----------
+        code : Device
+            Types and functions of device code.
+
+        Returns
+        -------
+        Acting
+            Load on UAV and bends, and the error estimate ``misdirected``.
+        """
         load, misdirected = _load(code.numbers, code.tree)
         return Acting(on_uav=load, misdirected=misdirected)
 
-    def casadi(self, model: Any) -> Any:
-        # The model has no such input.
+    def casadi(self, model: CasadiModel) -> "SX":
+        """Return no force: the model in CasADi has no such input.
+
+        Parameters
+        ----------
+        model : CasadiModel
+            The symbolic vehicle.
+
+        Returns
+        -------
+        SX, shape (6 + 2 N, 1)
+            Zeros.
+        """
         return model.none
 
 
@@ -49,16 +75,16 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
     bend_of, angle_at, plus_pair = arcs.bend_of, arcs.angle_at, arcs.plus_pair
     euler, polar = layout.of_input["euler_torque"].start, layout.of_input["polar_torque"].start
     zero, one, two, full = Real(0.0), Real(1.0), Real(2.0), Real(FULL_LENGTH)
-    # The bend's turn in a step that counts as followed, and the sine of one that is in a plane.
+    # Cosine of the largest turn of a bend in a followed step, and largest sine of a planar motion.
     clear, planar = Real(0.5), Real(1e-6)
-    # Steps by which gimbal lock is passed count as near it: RK4 then follows 1/cos θ to 1e-3.
+    # Steps that pass gimbal lock count as near it. RK4 then resolves 1/cos θ to 1e-3.
     near = Real(0.25)
 
     @wp.func
     def euler_torque_to_body(q: quat, torque: vec3, roll: vec2):
-        """E^{-T} τ: torques conjugate to ZYX Euler rates as a body moment.
+        """Return the body moment E^{-T} τ of torques τ conjugate to ZYX Euler rates.
 
-        roll: (cos φ, sin φ) on the branch followed so far, which gives cos θ its sign.
+        roll: (cos φ, sin φ) on the followed branch, which determines the sign of cos θ.
         """
         x = wp.quat_rotate_inv(q, vec3(zero, zero, one))
         cos_pitch = wp.sqrt(x[1] * x[1] + x[2] * x[2])
@@ -75,10 +101,10 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
 
     @wp.func
     def polar_to_bend(b: vec2, branch: vec2, threshold: Real, along: Real, around: Real):
-        """Q_κ and Q_ψa (per λ) as a force on the bend; only Q_ψa/κ meets the threshold κ_s.
+        """Return the force on the bend of Q_κ and Q_ψa (per λ); κ_s limits Q_ψa/κ only.
 
-        branch: (cos ψa, sin ψa) of the signed branch followed so far; Q_κ acts along it. Straight,
-        and without a threshold, Q_ψa has no finite force, and its flight ends.
+        branch: (cos ψa, sin ψa) of the followed signed branch; Q_κ acts along it. At bend 0 without
+        a threshold the force of Q_ψa is not finite, and the run stops.
         """
         size = wp.length(b)
         n = one / above(size, zero, size, one)
@@ -91,7 +117,7 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
 
     @wp.func
     def polar_load(y: State, along: Along, flight: Flight, row: int, section: int):
-        """The paper's torques on the bend of a section."""
+        """Return the load of the paper's torques on the bend of a section."""
         unit = flight.plant.unit[first_of(section)]
         threshold = flight.plant.threshold[section]
         pushed = of_row(flight.inputs, row, flight.run, polar + first_of(section))
@@ -106,7 +132,7 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
         size = wp.length_sq(torque)
         moment = euler_torque_to_body(attitude_of(y), torque, two_of(along, sections))
         for j in range(3):
-            # At a pitch of a quarter turn no torque is none.
+            # Zero torque gives zero moment, also at a pitch of ±π/2.
             out.moment[j] = above(size, zero, moment[j], zero)
         for k in range(count):
             i = section_of(k)
@@ -115,15 +141,15 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
 
     @wp.func
     def side_of(found: vec2, branch: vec2):
-        """-1 on the far side of a branch, where κ or cos θ is negative, else 1."""
+        """Return -1 where κ or cos θ is negative on the branch, else 1."""
         return above(zero, wp.dot(found, branch), -one, one)
 
     @wp.func
     def near_gimbal_lock(y: State, end: State, along: Along, flight: Flight, row: int):
-        """1 where a step passes a pitch of a quarter turn so near that Euler torques hang on it.
+        """Return 1 where a step passes near gimbal lock, so that Euler torques depend on its path.
 
-        There roll and yaw turn by half a turn, one way or the other; what acts along yaw grows as
-        1/cos θ. A pass through it in a plane is none: torques along pitch stay what they are.
+        There roll and yaw change by ±π, and torques along yaw grow as 1/cos θ. A planar pass
+        through a pitch of ±π/2 is not reported: torques along pitch do not change.
         """
         torque = three_of(flight.inputs, row, flight.run, euler)
         tilt = tilt_of(end)
@@ -140,12 +166,11 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
 
     @wp.func
     def leaves_straight(y: State, end: State, along: Along, flight: Flight, row: int, section: int):
-        """How far torques across a bend may move the tip too much or too little [arm lengths], from
-        a step that takes it from within the threshold to well beyond, or back.
+        """Return a bound of the tip error from Q_ψa where a step crosses the threshold κ_s.
 
-        They are divided by the bend from the threshold on, which the stages of such a step meet at
-        either end: at most what they bend a section by at rest there, which moves the tip by its
-        reach.
+        In arm lengths. Q_ψa is divided by the bend above the threshold only, so that the stages of
+        such a step use both sides. The bound is the static deflection of the section at that end,
+        times its reach.
         """
         around = of_row(flight.inputs, row, flight.run, polar + angle_at(section))
         threshold = flight.plant.threshold[section]
@@ -166,7 +191,7 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
 
     @wp.func
     def paper_load(y: State, along: Along, flight: Flight, row: int, push: Push):
-        """Torques conjugate to the paper's angles and bends; Eq. of motion, Amiri et al."""
+        """Return the load of torques conjugate to the paper's angles and bends, Amiri et al."""
         out = Load()
         if (flight.groups & PAPER) != 0:
             out = torques(y, along, flight, row)
@@ -174,12 +199,12 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
 
     @wp.func
     def misled(y: State, end: State, along: Along, flight: Flight, row: int):
-        """How far the paper's torques may move the tip the wrong way [arm lengths], from a step.
+        """Return a bound of the tip error from torques that a step may give the wrong sign.
 
-        From y to the end of the step a bend turns so far, beside straight, that another step would
-        take the other side and with it the other sign of κ: the torques would point the other way.
-        Twice what they bend a section by at rest, which moves the tip by its reach; at most an arm
-        length, which it is for torques along roll, pitch and yaw near gimbal lock.
+        In arm lengths. If a bend passes near zero and turns far within a step, another step length
+        could choose the other sign of κ, which reverses the torques. The bound is twice the static
+        deflection of the section, times its reach, and at most 1. Near gimbal lock it is 1 for
+        torques along roll, pitch and yaw.
         """
         worst = finite(wp.length_sq(end), near_gimbal_lock(y, end, along, flight, row), zero)
         for k in range(count):

@@ -1,7 +1,7 @@
 """Drag and lift of rotors that move through the air."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import warp as wp
@@ -14,9 +14,12 @@ from continuair.kernels.load import load_code
 from continuair.kernels.term_sum import Acting
 from continuair.kernels.wind import wind_code
 from continuair.terms.rotors import RotorThrusts, rotor_code
-from continuair.terms.term import Term
+from continuair.terms.term import CasadiModel, Term
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from casadi import SX
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,10 @@ class RotorDrag(Term):
     times the greatest speed [rad/s]; c: `translational_lift`, its k_h. RotorPy: Folk, Paulos and
     Kumar (2023), arXiv 2306.04485, vehicles/multirotor.py. Its flapping moment is left out.
 
-    rotors: what turns them.
+    Parameters
+    ----------
+    rotors : RotorThrusts
+        The rotors.
     """
 
     field: ClassVar[str] = "uav.rotors.hub_drag"
@@ -39,17 +45,49 @@ class RotorDrag(Term):
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
+        """Return the term if rotors have drag or lift from their velocity, else None.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            Vehicle, plain or batched.
+
+        Returns
+        -------
+        RotorDrag or None
+            The term.
+        """
         rotors, term = vehicle.uav.rotors, RotorThrusts.of(vehicle)
         if rotors is None or term is None or not rotors.moved_by_air:
             return None
         return cls(term)
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
-        """Drag across and along the axis, lift, hubs and axes."""
+        """Return the fields of drag across and along the axis, lift, hubs and axes.
+
+        Parameters
+        ----------
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        dict of str to tuple of int
+            Shape of each field.
+        """
         each = (self.rotors.count, 3)
         return {"hub_drag": (2,), "hub_lift": (), "drag_hubs": each, "drag_axes": each}
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
+        """Fill these fields.
+
+        Parameters
+        ----------
+        plants : structured ndarray, shape (runs,)
+            Parameters of the vehicles, changed in place.
+        vehicle : Vehicle
+            The vehicle.
+        """
         rotors, runs = vehicle.uav.rotors, len(plants)
         assert rotors is not None
         plants["hub_drag"] = per_run(rotors.hub_drag, runs, 2)
@@ -57,13 +95,38 @@ class RotorDrag(Term):
         plants["drag_hubs"], plants["drag_axes"] = rotors.hubs, rotors.axes
 
     def device(self, code: Device) -> Acting:
+        """Return the device function of drag and lift.
+
+        Parameters
+        ----------
+        code : Device
+            Types and functions of device code.
+
+        Returns
+        -------
+        Acting
+            Load on the UAV.
+        """
         return Acting(on_uav=_load(code.numbers, code.tree, self.rotors))
 
-    def casadi(self, model: Any) -> Any:
+    def casadi(self, model: CasadiModel) -> "SX":
+        """Return the lift of rotors that stand still, which have no drag, in CasADi.
+
+        Parameters
+        ----------
+        model : CasadiModel
+            The symbolic vehicle.
+
+        Returns
+        -------
+        casadi.SX
+            Generalised force.
+        """
         import casadi
 
         # Rotors stand still there, which leaves their lift alone.
         rotors, v = model.vehicle.uav.rotors, model.body_velocity
+        assert rotors is not None
         force, moment = casadi.SX(3, 1), casadi.SX(3, 1)
         for hub, axis in zip(rotors.hubs, rotors.axes, strict=True):
             local = v + casadi.cross(model.x["angular_velocity"], casadi.DM(hub))

@@ -1,8 +1,8 @@
-"""Rotors: thrusts of their speeds, the commands that a push is shared out to, and their wash."""
+"""Rotors: thrusts, allocation of a commanded wrench to rotors, and downwash."""
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import warp as wp
@@ -15,20 +15,33 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.logs import push_reader
 from continuair.kernels.term_sum import Acting
-from continuair.terms.term import Stream, Term
+from continuair.terms.term import CasadiModel, Stream, Term
 from continuair.vehicle.layout import COMMAND, ROTORS, observed_columns
 from continuair.vehicle.rotors import AIR_DENSITY, WASH_EDGE
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
+if TYPE_CHECKING:
+    from casadi import SX
+
 
 @dataclass(frozen=True)
 class RotorThrusts(Term):
-    """Thrusts f_max (f u² + (1 - f) u) of commands u, which follow what is asked for with a lag.
+    """Thrusts of rotors that follow commanded thrusts with a first-order lag of their speed.
 
-    f: thrust_model_factor. count: of the rotors; prompt: whether some follow their command at once;
-    washing: whether they have a radius, and so a wash; curved: whether f is not 1, with which u is
-    the speed; uneven: whether they slow down with another lag.
+    Parameters
+    ----------
+    count : int
+        Number of rotors.
+    prompt : bool, default False
+        Whether rotors of some runs have no lag.
+    washing : bool, default False
+        Whether the rotors have a radius, and so a downwash.
+    curved : bool, default False
+        Whether the thrust is not the square of the speed: f_max (f u² + (1 - f) u) of what follows
+        the command, u, with f the thrust_model_factor.
+    uneven : bool, default False
+        Whether rotors slow down with another lag.
     """
 
     field: ClassVar[str] = "uav.rotors"
@@ -45,6 +58,18 @@ class RotorThrusts(Term):
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
+        """Return the term if the vehicle has rotors, else None.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            Vehicle, plain or batched.
+
+        Returns
+        -------
+        RotorThrusts or None
+            The term.
+        """
         rotors = vehicle.uav.rotors
         if rotors is None:
             return None
@@ -55,15 +80,30 @@ class RotorThrusts(Term):
 
     @property
     def moves_air(self) -> bool:
+        """Return whether the rotors have a downwash."""
         return self.washing
 
     @property
     def states(self) -> int:
+        """Return the number of rotors: each adds its speed to the state."""
         return self.count
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
-        """Allocation and its pseudo-inverse, limits of a thrust, lags, factor of the curve; of a
-        wash: hubs, the squared radius of disks, the squared velocity of the air over the thrust."""
+        """Return the fields of the device's Plant that describe the rotors.
+
+        Parameters
+        ----------
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        dict of str to tuple of int
+            Shape of ``allocation`` and its pseudo-inverse ``inverse``, of the thrust limits
+            ``lowest`` and ``highest`` [N], and of ``lag`` and ``lag_down`` [s]
+            and the factor ``thrust_curve``. With a downwash also ``hubs`` [m],
+            ``disk``, the squared radius [m²], and ``wash``, squared induced velocity per thrust.
+        """
         wash = {"hubs": (self.count, 3), "disk": (), "wash": ()} if self.washing else {}
         matrices = {"allocation": (6, self.count), "inverse": (self.count, 6)}
         more = {"lag_down": ()} if self.uneven else {}
@@ -71,6 +111,15 @@ class RotorThrusts(Term):
         return {**matrices, "lowest": (), "highest": (), "lag": (), **more, **wash}
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
+        """Fill the fields of `parameters`.
+
+        Parameters
+        ----------
+        plants : structured ndarray, shape (runs,)
+            Parameters of the vehicles, changed in place.
+        vehicle : Vehicle
+            The vehicle.
+        """
         rotors, runs = vehicle.uav.rotors, len(plants)
         assert rotors is not None
         plants["allocation"], plants["inverse"] = rotors.allocation, rotors.inverse
@@ -86,11 +135,36 @@ class RotorThrusts(Term):
             plants["wash"] = 0.5 / (AIR_DENSITY * np.pi * square)
 
     def device(self, code: Device) -> Acting:
+        """Return the device functions of the rotors.
+
+        Parameters
+        ----------
+        code : Device
+            Types and functions of device code.
+
+        Returns
+        -------
+        Acting
+            Load on the UAV, rates of the speeds, and the demand beyond the thrust limits.
+        """
         of = rotor_code(code.numbers, code.tree, self)
         return Acting(on_uav=of.rotor_load, rates=of.spun_up, excess=of.excess_of)
 
-    def left(self, numbers: Numbers, tree: Tree) -> Any:
-        """Force and moment of a push are what rotors make of them."""
+    def left(self, numbers: Numbers, tree: Tree) -> wp.Function:
+        """Return the device function that keeps only the bend moments of an actuator wrench.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Precision and lanes of device code.
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        wp.Function
+            ``bending(push) -> Push``. The rotors apply force and moment.
+        """
         types = device_types(numbers, tree)
         Push, vec3 = types.Push, types.vec3
         push_of, bend_moment_of = types.push_of, types.bend_moment_of
@@ -102,22 +176,64 @@ class RotorThrusts(Term):
         return bending
 
     def stream(self, numbers: Numbers, tree: Tree) -> Stream | None:
+        """Return the downwash of the rotors, or None without a radius.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Precision and lanes of device code.
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        Stream or None
+            Device functions of the moving air.
+        """
         return _wash(numbers, tree, self) if self.washing else None
 
-    def observer(self, numbers: Numbers, tree: Tree) -> Any:
+    def observer(self, numbers: Numbers, tree: Tree) -> wp.Kernel:
+        """Return the kernel of thrusts and saturation along a log.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Precision and lanes of device code.
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        wp.Kernel
+            The kernel `thrusts`, which writes the columns ``rotor_thrust`` and ``saturation``.
+        """
         return _thrusts_kernel(numbers, tree, self)
 
-    def casadi(self, model: Any) -> Any:
-        # The model has no commands: they stand still.
+    def casadi(self, model: CasadiModel) -> "SX":
+        """Return no force: the model in CasADi has no rotor commands.
+
+        Parameters
+        ----------
+        model : CasadiModel
+            The symbolic vehicle.
+
+        Returns
+        -------
+        SX, shape (6 + 2 N, 1)
+            Zeros.
+        """
         return model.none
 
 
 @dataclass(frozen=True)
 class RotorCode:
-    """rotor_load(y, flight, row, push) of their thrusts; spun_up(rate, y, flight, row, push), the
-    rate of a state with those of their speeds; thrusts_of, what they give, speeds_of, their speeds
-    over the greatest, and excess_of, the largest part of the limits' range that is asked for beyond
-    them."""
+    """Device functions of the rotors.
+
+    rotor_load(y, along, flight, row, push): load of the thrusts. spun_up(rate, y, flight, row,
+    push): rate of the state with the rates of the speeds. thrusts_of: thrusts. speeds_of: speeds
+    over the greatest. excess_of: largest demand beyond the thrust limits, as a share of their
+    range.
+    """
 
     rotor_load: Any
     spun_up: Any
@@ -128,7 +244,7 @@ class RotorCode:
 
 @cache
 def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
-    """Rotors of one kind of numbers and tree of arms."""
+    """Return the device functions of rotors for numbers and a tree of arms."""
     types, code = device_types(numbers, tree), number_code(numbers)
     Flight, Load = flight_code(numbers, tree).Flight, load_code(numbers, tree).Load
     Real, State, Push, Plant = types.Real, types.State, types.Push, types.Plant
@@ -142,7 +258,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
 
     @wp.func
     def asked_of(y: State, flight: Flight, row: int, push: Push):
-        """Thrusts that a push and the commands of a row ask for: all but for yaw, and for yaw."""
+        """Return the demanded thrusts, without those for yaw, and those for yaw."""
         plant = flight.plant
         force = wp.quat_rotate_inv(attitude_of(y), force_of(push))
         moment = moment_of(push)
@@ -161,7 +277,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
 
     @wp.func
     def lowest_of(flight: Flight):
-        """The least thrust: a controller's rotors keep turning, others may be switched off."""
+        """Return the lower thrust limit, which applies under a controller only, else 0."""
         out = zero
         if (flight.groups & COMMAND) != 0:
             out = flight.plant.lowest
@@ -169,7 +285,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
 
     @wp.func
     def commanded(y: State, flight: Flight, row: int, push: Push):
-        """Thrusts within the limits: what is too much is taken from yaw first."""
+        """Return thrusts within the limits; yaw is reduced first."""
         asked, yaw = asked_of(y, flight, row, push)
         lowest = lowest_of(flight)
         highest = flight.plant.highest
@@ -181,7 +297,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
             share = wp.min(share, above(size, zero, fits, one))
         for i in range(rotors):
             wish = asked[i] + share * yaw[i]
-            # No limit makes a number of what is none.
+            # NaN stays NaN.
             asked[i] = finite(wish, wp.min(wp.max(wish, lowest), highest), wish)
         return asked
 
@@ -233,7 +349,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
 
     @wp.func
     def turning(y: State, plant: Plant):
-        """Thrusts of speeds."""
+        """Return the thrusts of the rotor speeds."""
         out = PerRotor()
         for i in range(rotors):
             out[i] = plant.highest * share_of(y[speeds + i], plant)
@@ -300,13 +416,13 @@ def _wash(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Stream:
 
     @wp.func
     def risen(x: Real):
-        """From 0 at -1 to 1 at 1, and flat beyond."""
+        """Return a smooth step from 0 at -1 to 1 at 1."""
         part = wp.min(wp.max(half * (x + one), zero), one)
         return part * part * (three - (one + one) * part)
 
     @wp.func
     def begun(y: State, flight: Flight, row: int, push: Push):
-        """Velocities of the air at the disks, by momentum theory in hover."""
+        """Return the induced velocities at the disks, by momentum theory in hover."""
         out = thrusts_of(y, flight, row, push)
         for i in range(rotors):
             out[i] = wp.sqrt(flight.plant.wash * out[i])
@@ -314,8 +430,10 @@ def _wash(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Stream:
 
     @wp.func
     def velocity(plant: Plant, point: vec3, induced: Induced):
-        """The wash at a point: of each rotor below its disk, as much beyond the edge as it
-        lacks within."""
+        """Return the downwash at a point, summed over the rotors above it.
+
+        The smooth edge adds as much beyond the disk's area as it takes within.
+        """
         out = vec3()
         thick = edge * wp.sqrt(plant.disk)
         for i in range(rotors):
@@ -331,7 +449,7 @@ def _wash(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Stream:
 
 
 def _thrusts_kernel(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Any:
-    """The kernel `thrusts`, the same for every model: columns rotor_thrust and saturation."""
+    """Return the kernel `thrusts`, for every model: columns rotor_thrust and saturation."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     code, of = number_code(numbers), rotor_code(numbers, tree, term)
     Cell, layout = types.Cell, types.layout
@@ -350,7 +468,7 @@ def _thrusts_kernel(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Any:
         log: wp.array3d(dtype=Cell),
         out: wp.array3d(dtype=Cell),
     ):
-        """drive: inputs at the samples, with one row per sample or one for all."""
+        """Write thrusts and saturation; drive: inputs, one row per sample or one for all."""
         pack, sample = wp.tid()
         run = pack * lanes
         flight = flight_of(vehicles, drive, run)

@@ -1,22 +1,26 @@
-"""What a term is: one thing that acts on vehicles, of which its own file alone knows.
+"""Interface of a term: one force on a vehicle, defined in one file.
 
-Whatever has to do with all that acts goes through the terms of a vehicle: device code, packing,
-base reactions, energies, CasADi, gradients and Lyapunov functions.
+Device code, packing, base reactions, energies, CasADi, gradients and Lyapunov functions treat all
+forces through this interface.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from math import prod
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Protocol, Self
 
 import numpy as np
+import warp as wp
 
 from continuair.device.numbers import Numbers
 from continuair.device.types import Tree
 from continuair.errors import InputError
 from continuair.kernels.device import Device, OnDevice
 from continuair.kernels.term_sum import Acting
+from continuair.sections.kind import SymbolicSection
+from continuair.typing import Array
 from continuair.vehicle.effect import Effect, numbers_of
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
@@ -24,23 +28,78 @@ from continuair.vehicle.vehicle import Vehicle
 if TYPE_CHECKING:
     from casadi import SX
 
+    from continuair.sections.symbolic import Frame
+
+
+class CasadiArm(Protocol):
+    """Arm of a `CasadiModel`: its sections, and the frame of its tip."""
+
+    @property
+    def sections(self) -> Sequence[SymbolicSection]: ...
+
+    @property
+    def tip(self) -> Frame: ...
+
+
+class CasadiModel(Protocol):
+    """Symbolic vehicle that `Term.casadi` reads.
+
+    vehicle: the vehicle. x: arguments by name, such as ``x["tip_wrench"]``. R: rotation from body
+    to world axes (3, 3). arms: its arms. none: a generalised force of zeros (6 + 2 N,).
+    body_velocity: of B's origin in body axes (3,). rates: body velocity, angular velocity and bend
+    rates (6 + 2 N,). speed(v): norm of a velocity, with derivatives at rest.
+    """
+
+    @property
+    def vehicle(self) -> Vehicle: ...
+
+    @property
+    def x(self) -> dict[str, SX]: ...
+
+    @property
+    def R(self) -> SX: ...
+
+    @property
+    def arms(self) -> Sequence[CasadiArm]: ...
+
+    @property
+    def none(self) -> SX: ...
+
+    @property
+    def body_velocity(self) -> SX: ...
+
+    @property
+    def rates(self) -> SX: ...
+
+    def speed(self, v: SX) -> SX: ...
+
 
 @dataclass(frozen=True)
 class Stream:
-    """Air that a term moves, as device functions: its State, begun(y, flight, row, push) -> State,
-    and velocity(plant, point, state) at a point in body axes [m/s]."""
+    """Moving air of a term, such as a downwash, in device code.
 
-    State: Any
-    begun: Any
-    velocity: Any
+    Parameters
+    ----------
+    State : type
+        Warp type of what `begun` computes once per evaluation.
+    begun : wp.Function
+        ``begun(y, flight, row, push) -> State``.
+    velocity : wp.Function
+        ``velocity(plant, point, state) -> vec3``, the velocity of the air at a point in body axes
+        [m/s].
+    """
+
+    State: type
+    begun: wp.Function
+    velocity: wp.Function
 
 
 @dataclass(frozen=True)
 class Term(Effect):
     """A force on a vehicle, in one class.
 
-    Subclass it in a file of your own, as a frozen dataclass, and set instances of it with
-    ``vehicle.replace({"terms": (MyTerm(...),)})``. Its method `device` returns what it does.
+    Subclass it as a frozen dataclass, and set instances of it with
+    ``vehicle.replace({"terms": (MyTerm(...),)})``. Its method `device` returns device functions.
 
     Attributes
     ----------
@@ -49,19 +108,19 @@ class Term(Effect):
     in_wind : bool, default False
         Whether it depends on the wind.
     in_stream : bool, default False
-        Whether it depends on air that another term moves.
+        Whether it depends on moving air of another term, such as a downwash.
     differentiable : bool, default False
-        Whether its device code compiles for dual numbers, so that `gradient` differentiates it.
+        Whether its device code compiles for dual numbers, which `gradient` needs.
     has_power : bool, default True
-        Whether it takes or gives power; if so, `lyapunov` refuses it.
+        Whether it does work; if so, `lyapunov` rejects it.
     has_energy : bool, default False
         Whether it has a potential energy, `Acting.energy`; results then hold ``term_energy``.
     flown : tuple of str, default ()
-        Fields of `parameters` in which a vehicle that a controller believes in must be the one that
-        flies.
+        Fields of `parameters` that must be equal in a controller's nominal model and in the
+        simulated vehicle.
     stiff : bool, default True
-        Whether it may change faster than the steps of ``method="implicit"``, which evaluates
-        terms explicitly and refuses a stiff one.
+        Whether it may change faster than the steps of ``method="implicit"``. That method
+        evaluates terms explicitly and rejects a stiff one.
 
     Raises
     ------
@@ -70,15 +129,15 @@ class Term(Effect):
 
     Notes
     -----
-    A field of type ``float``, or ``tuple[float, ...]``, is a number of the vehicle: it may vary
-    over runs, ``vehicle.replace({"terms.0.name": [1.0, 2.0]})`` changes it, and another value
-    compiles nothing. In `device` it has no value; read it there with ``code.reader(self.name)``. A
-    field of any other type is part of the kernels, which another value compiles anew.
+    A field of type ``float``, or ``tuple[float, ...]``, is a parameter of the vehicle. It may vary
+    over runs, ``vehicle.replace({"terms.0.name": [1.0, 2.0]})`` changes it, and a new value needs
+    no compilation. In `device` it has no value; read it with ``code.reader(self.name)``. A field of
+    any other type is a constant of the kernels, and a new value compiles them again.
 
-    Device code is Warp: a file of it must not use ``from __future__ import annotations``. No file
-    holds code: results name the class and its fields, and `sweep`, which reads vehicles from files,
-    has no terms (`run_pairs` takes any vehicle). `modes` and the designs of controllers do not
-    include it; `linearize` and the automatic step do.
+    Device code is Warp: its file must not use ``from __future__ import annotations``. Files do not
+    contain code: results store the name of the class and its fields, and `sweep`, which reads
+    vehicles from files, has no terms (`run_pairs` accepts any vehicle). `modes` and the designs of
+    controllers do not include terms; `linearize` and the automatic step do.
 
     Examples
     --------
@@ -106,7 +165,6 @@ class Term(Effect):
 
                 return Acting(on_arm=code.on_tip(wrench_of))
 
-
         vehicle = vehicle.replace({"terms": (TipDrag(per_velocity=0.4),)})
     """
 
@@ -121,22 +179,33 @@ class Term(Effect):
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
-        """Return a term of the list TERMS as it acts on a vehicle; None if it does not."""
+        """Return a term of the list TERMS for a vehicle.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            Vehicle, plain or batched.
+
+        Returns
+        -------
+        Term or None
+            The term; None if it does not act on the vehicle.
+        """
         return cls()
 
     @property
     def moves_air(self) -> bool:
-        """Whether it moves the air, by `stream`."""
+        """Return whether the term moves the air, by `stream`."""
         return False
 
     @property
     def states(self) -> int:
-        """How many numbers the term adds to a state."""
+        """Return how many numbers the term adds to a state."""
         return 0
 
     @property
     def width(self) -> int:
-        """How many numbers its fields hold in one run."""
+        """Return how many numbers its fields hold in one run."""
         return sum(prod(shape) for shape in self._shapes().values())
 
     def _shapes(self) -> dict[str, tuple[int, ...]]:
@@ -149,12 +218,17 @@ class Term(Effect):
         return found
 
     def compiled(self, first: int) -> Self:
-        """Return what kernels are made for: the term with places of its numbers, not their values.
+        """Return the term with the places of its numbers in place of their values.
 
         Parameters
         ----------
         first : int
             Index of its first number in ``plant.term_numbers``.
+
+        Returns
+        -------
+        Term
+            A copy whose numeric fields are `OnDevice`. Equal copies share kernels.
         """
         shapes, found = self._shapes(), object.__new__(type(self))
         for each in fields(self):
@@ -165,8 +239,19 @@ class Term(Effect):
             object.__setattr__(found, each.name, value)
         return found
 
-    def values(self, runs: int) -> np.ndarray:
-        """Return its numbers (runs, width)."""
+    def values(self, runs: int) -> Array:
+        """Return the numbers of its fields.
+
+        Parameters
+        ----------
+        runs : int
+            Number of runs.
+
+        Returns
+        -------
+        ndarray, shape (runs, width)
+            The numbers, field by field.
+        """
         parts = [
             per_run(getattr(self, name), runs, *shape).reshape(runs, -1)
             for name, shape in self._shapes().items()
@@ -174,49 +259,134 @@ class Term(Effect):
         return np.hstack([np.empty((runs, 0)), *parts])
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
-        """Return further fields of the device's Plant, with the shape of each: (), (n,), (n, m)."""
+        """Return further fields of the device's Plant.
+
+        Parameters
+        ----------
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        dict of str to tuple of int
+            Shape of each field: ``()``, ``(n,)`` or ``(n, m)``.
+        """
         return {}
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
-        """Fill these fields of structured plants (runs,)."""
+        """Fill the fields of `parameters`.
+
+        Parameters
+        ----------
+        plants : structured ndarray, shape (runs,)
+            Parameters of the vehicles, changed in place.
+        vehicle : Vehicle
+            The vehicle, plain or batched.
+        """
 
     def device(self, code: Device) -> Acting:
-        """Return what it does on the device.
+        """Return the device functions of the term.
 
         Parameters
         ----------
         code : Device
-            Types and functions to write it with.
+            Types and functions of device code.
 
         Returns
         -------
         Acting
-            Device functions of its loads, and of what else it has.
+            Device functions of its loads, and optionally of rates, energy and limits.
+
+        Raises
+        ------
+        InputError
+            If a subclass does not define the method.
         """
         raise InputError(
-            f"term {type(self).__name__} has no method device(self, code); define it, as "
-            "continuair.Term says."
+            f"term {type(self).__name__} has no method device(self, code); define it, as in "
+            "continuair.Term."
         )
 
-    def left(self, numbers: Numbers, tree: Tree) -> Any:
-        """Return the device function of the part of a controller's push that this term does not
-        apply itself; None if it applies none, as all terms of a vehicle but one."""
+    def left(self, numbers: Numbers, tree: Tree) -> wp.Function | None:
+        """Return the function of the part of an actuator wrench that this term does not apply.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Precision and lanes of device code.
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        wp.Function or None
+            ``left(push) -> Push``; None if the term applies no part of the wrench, as all terms of
+            a vehicle but one.
+        """
         return None
 
     def stream(self, numbers: Numbers, tree: Tree) -> Stream | None:
-        """Return the air that it moves, as one term of a vehicle at most does."""
+        """Return the moving air of the term; at most one term of a vehicle has any.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Precision and lanes of device code.
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        Stream or None
+            Device functions of the moving air.
+        """
         return None
 
-    def observer(self, numbers: Numbers, tree: Tree) -> Any:
-        """Return the kernel that computes its variables along a log; None if it has none."""
+    def observer(self, numbers: Numbers, tree: Tree) -> wp.Kernel | None:
+        """Return the kernel that computes variables of the term along a log.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Precision and lanes of device code.
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        wp.Kernel or None
+            The kernel, or None.
+        """
         return None
 
-    def casadi(self, model: Any) -> SX | None:
-        """Return its generalised force (6 + 2 N,) in a model of interfaces/casadi_dynamics.py; None
-        if it has no form in CasADi, so that `to_casadi` refuses the vehicle."""
+    def casadi(self, model: CasadiModel) -> SX | None:
+        """Return the generalised force of the term in CasADi.
+
+        Parameters
+        ----------
+        model : CasadiModel
+            The symbolic vehicle (interfaces/casadi_dynamics.py).
+
+        Returns
+        -------
+        SX or None
+            Force (6 + 2 N, 1); None if the term has no form in CasADi, so that `to_casadi` rejects
+            the vehicle.
+        """
         return None
 
 
-def name_of(term: Term) -> str:
-    """Return the name of a term in messages."""
-    return term.field or type(term).__name__
+def name_of(term: Effect) -> str:
+    """Return the name of a term in messages.
+
+    Parameters
+    ----------
+    term : Term
+        Any term, such as one of `Vehicle.terms`.
+
+    Returns
+    -------
+    str
+        Its `field`, or else the name of its class.
+    """
+    return getattr(term, "field", "") or type(term).__name__

@@ -1,29 +1,56 @@
 """Wrenches on the tips: a force and a moment on each, in world axes."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import warp as wp
 
 from continuair.kernels.device import Device
 from continuair.kernels.term_sum import Acting
-from continuair.terms.term import Term
+from continuair.terms.term import CasadiModel, Term
 from continuair.vehicle.layout import TIP
+
+if TYPE_CHECKING:
+    from casadi import SX
 
 
 @dataclass(frozen=True)
 class TipWrench(Term):
-    """The input `tip_wrench`: what pushes on a tip pushes on bends and UAV, J_tᵀ of Eq. (10)."""
+    """Input `tip_wrench`, mapped to UAV and bends by J_tᵀ, Eq. (10), Amiri et al. (2026)."""
 
     differentiable: ClassVar[bool] = True
     has_power: ClassVar[bool] = False
     stiff: ClassVar[bool] = False
 
     def device(self, code: Device) -> Acting:
+        """Return the device functions of the wrenches.
+
+        Parameters
+        ----------
+        code : Device
+            Types and functions of device code.
+
+        Returns
+        -------
+        Acting
+            Load through each arm.
+        """
         on_tip = code.on_tip(lambda arm: _wrench(code, arm))
         return Acting(on_arm=lambda arm: _if_given(code, on_tip(arm)))
 
-    def casadi(self, model: Any) -> Any:
+    def casadi(self, model: CasadiModel) -> "SX":
+        """Return the wrenches as a generalised force in CasADi.
+
+        Parameters
+        ----------
+        model : CasadiModel
+            The symbolic vehicle.
+
+        Returns
+        -------
+        SX, shape (6 + 2 N, 1)
+            The force.
+        """
         import casadi
 
         found = model.none
@@ -48,7 +75,7 @@ def _wrench(code: Device, arm: int) -> Any:
 
 
 def _if_given(code: Device, given: Any) -> Any:
-    """The load, nothing where no wrench is given."""
+    """Return the device function of the load, zero if no wrench is given."""
     types, Load, Flight = code.types, code.Load, code.Flight
     State, Push, Along = types.State, types.Push, types.Along
 

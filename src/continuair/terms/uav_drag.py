@@ -1,7 +1,7 @@
-"""Drag of the UAV in the wind."""
+"""Aerodynamic drag of the UAV, in wind."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import warp as wp
@@ -13,14 +13,17 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.load import load_code
 from continuair.kernels.term_sum import Acting
 from continuair.kernels.wind import wind_code
-from continuair.terms.term import Term
+from continuair.terms.term import CasadiModel, Term
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from casadi import SX
 
 
 @dataclass(frozen=True)
 class UavDrag(Term):
-    """-D v - |v| D₂ v, of the velocity v through the air in body axes."""
+    """Drag of the UAV, -D v - |v| D₂ v, with v the air-relative velocity in body axes."""
 
     field: ClassVar[str] = "uav.drag"
     in_wind: ClassVar[bool] = True
@@ -29,22 +32,78 @@ class UavDrag(Term):
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
+        """Return the term if the vehicle has a table [uav.drag], else None.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            Vehicle, plain or batched.
+
+        Returns
+        -------
+        UavDrag or None
+            The term.
+        """
         return None if vehicle.uav.drag is None else cls()
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
-        """Per velocity, and per velocity and speed."""
+        """Return the fields ``drag`` [N s/m] and ``square_drag`` [N s²/m²], along the body axes.
+
+        Parameters
+        ----------
+        tree : Tree
+            The arms.
+
+        Returns
+        -------
+        dict of str to tuple of int
+            Shape of each field.
+        """
         return {"drag": (3,), "square_drag": (3,)}
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
+        """Fill the fields ``drag`` and ``square_drag``.
+
+        Parameters
+        ----------
+        plants : structured ndarray, shape (runs,)
+            Parameters of the vehicles, changed in place.
+        vehicle : Vehicle
+            The vehicle.
+        """
         drag, runs = vehicle.uav.drag, len(plants)
         assert drag is not None
         plants["drag"] = per_run(drag.linear, runs, 3)
         plants["square_drag"] = per_run(drag.quadratic, runs, 3)
 
     def device(self, code: Device) -> Acting:
+        """Return the device function of the drag.
+
+        Parameters
+        ----------
+        code : Device
+            Types and functions of device code.
+
+        Returns
+        -------
+        Acting
+            Load on the UAV.
+        """
         return Acting(on_uav=_load(code.numbers, code.tree))
 
-    def casadi(self, model: Any) -> Any:
+    def casadi(self, model: CasadiModel) -> "SX":
+        """Return the drag as a generalised force in CasADi.
+
+        Parameters
+        ----------
+        model : CasadiModel
+            The symbolic vehicle.
+
+        Returns
+        -------
+        SX, shape (6 + 2 N, 1)
+            The force.
+        """
         import casadi
 
         drag, v = model.vehicle.uav.drag, model.body_velocity

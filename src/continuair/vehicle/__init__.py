@@ -1,4 +1,4 @@
-"""Vehicles: UAV, arms, sections, rotors, camera and what is known of them."""
+"""Parameters of vehicles: UAV, rotors, arms, sections and camera; layouts of states and inputs."""
 
 from continuair import lazy
 

@@ -1,25 +1,28 @@
-"""Where the rotors of a layout are, and the forces and moments that thrusts of rotors make.
+"""Rotor layouts, their allocation matrices and pseudo-inverses.
 
-The same bits come out on every processor: all is done element by element, without BLAS.
+Everything is computed element by element, without BLAS, so that results have the same bits on
+every processor.
 """
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+
+from continuair.typing import ArrayLike
 
 Array = np.ndarray
 
 LayoutName = Literal[
     "quad_x", "quad_plus", "hex_x", "hex_plus", "hex_tilted", "octo_x", "octo_plus", "coaxial_x8"
 ]  # fmt: skip
-"""Layouts: in those called plus a boom points forward, in others the first is half a part aside."""
+"""Layouts. In a "plus" layout a boom points forward; in others the first is half a pitch left."""
 
 _BOOMS = {"quad": 4, "hex": 6, "octo": 8, "coaxial": 4}
 
 RANK = 1e-9
-"""Share of the largest singular value from which another one counts."""
+"""Smallest singular value that counts towards the rank, as a share of the largest."""
 
 # To the digits of extended precision.
 _PI = "3.14159265358979323846264338327950288"
@@ -29,12 +32,15 @@ _SWEEPS = 16
 _ORTHOGONAL = 1e-16
 
 
-def layout_geometry(name: str, lever: Any, height: Any, tilt: Any) -> tuple[Array, Array, Array]:
-    """Positions and thrust axes (..., n, 3) and spins (n,) of a layout, body axes.
+def layout_geometry(
+    name: str, lever: ArrayLike, height: ArrayLike, tilt: ArrayLike
+) -> tuple[Array, Array, Array]:
+    """Return positions (..., n, 3), thrust axes (..., n, 3) and spins (n,) of a layout, body axes.
 
-    lever, height [m], tilt [rad], about each boom with alternating sign: numbers or arrays (...).
-    Rotors go counter-clockwise seen from above, the first on the boom ahead (plus) or on the first
-    one left of it, spinning counter-clockwise; the lower ones of a coaxial layout come last.
+    lever, height [m] and tilt [rad] (...). The tilt about each boom alternates in sign. Rotors are
+    numbered counter-clockwise seen from above. The first is on the forward boom (plus) or on the
+    first boom left of it, and spins counter-clockwise. The lower rotors of a coaxial layout come
+    last.
     """
     kind, _, way = name.partition("_")
     booms = _BOOMS[kind]
@@ -42,10 +48,10 @@ def layout_geometry(name: str, lever: Any, height: Any, tilt: Any) -> tuple[Arra
     cosine, sine = _turned(angle * np.longdouble(_PI) / booms)
     out = np.stack([cosine, sine, np.zeros(booms)], axis=-1)
     side = np.where(np.arange(booms) % 2 == 0, 1.0, -1.0)
-    lever, height = (np.asarray(each, float)[..., None, None] for each in (lever, height))
+    radial, vertical = (np.asarray(each, float)[..., None, None] for each in (lever, height))
     upright, leaning = (each[..., None, None] for each in _turned(np.asarray(tilt)))
     up = np.array([0.0, 0.0, 1.0])
-    positions = lever * out + height * up
+    positions = radial * out + vertical * up
     axes = upright * up + leaning * side[:, None] * np.cross(out, up)
     if kind == "coaxial":
         positions, axes = (np.concatenate([each, each], axis=-2) for each in (positions, axes))
@@ -54,16 +60,19 @@ def layout_geometry(name: str, lever: Any, height: Any, tilt: Any) -> tuple[Arra
 
 
 def _turned(angle: Array) -> tuple[Array, Array]:
-    """Cosine and sine, from extended precision: NumPy's own differ in the last bit by processor."""
+    """Return cosine and sine, rounded from extended precision.
+
+    NumPy's own results differ in the last bit from processor to processor.
+    """
     wide = angle.astype(np.longdouble)
     cosine, sine = (np.round(of(wide), 18).astype(float) for of in (np.cos, np.sin))
     return cosine, sine
 
 
-def wrenches(positions: Array, axes: Array, spins: Array, torque_per_thrust: Any) -> Array:
-    """Allocation (..., 6, n): thrusts to the force and the moment about B's origin, body axes.
+def wrenches(positions: Array, axes: Array, spins: Array, torque_per_thrust: ArrayLike) -> Array:
+    """Return the allocation matrix (..., 6, n): thrusts to force and moment about B's origin.
 
-    The air turns the frame against the rotor: n = Σ (r × z - s c z) f.
+    Body axes. The drag torque acts against the spin: moment Σ (r × z - s c z) f.
     """
     torque = np.asarray(torque_per_thrust, float)[..., None, None] * spins[..., None]
     moments = np.cross(positions, axes) - torque * axes
@@ -72,10 +81,10 @@ def wrenches(positions: Array, axes: Array, spins: Array, torque_per_thrust: Any
 
 
 def pseudo_inverse(matrix: Array) -> tuple[Array, Array]:
-    """Pseudo-inverses (..., n, rows) of matrices (..., rows, n), and their singular values (...,
-    rows), in no order.
+    """Return pseudo-inverses (..., n, rows) of matrices (..., rows, n), and singular values.
 
-    One-sided Jacobi: the rows are turned in pairs until they are orthogonal.
+    The singular values (..., rows) are not sorted. One-sided Jacobi method: pairs of rows are
+    rotated until all rows are orthogonal.
     """
     rows = [matrix[..., j, :] for j in range(matrix.shape[-2])]
     turns = [np.broadcast_to(unit, (*matrix.shape[:-2], len(rows))) for unit in np.eye(len(rows))]
@@ -101,7 +110,7 @@ def pseudo_inverse(matrix: Array) -> tuple[Array, Array]:
 
 
 def _rotation(a: Array, b: Array) -> tuple[Array, Array]:
-    """Cosine and sine (..., 1) of the turn that makes two rows orthogonal."""
+    """Return cosine and sine (..., 1) of the rotation that makes two rows orthogonal."""
     aa, bb, ab = _dot(a, a), _dot(b, b), _dot(a, b)
     counts = np.abs(ab) > _ORTHOGONAL * np.sqrt(aa * bb)
     ahead = bb - aa
@@ -113,7 +122,7 @@ def _rotation(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Products summed in order (..., 1)."""
+    """Return the scalar product (..., 1), summed in order."""
     found = a[..., :1] * b[..., :1]
     for i in range(1, a.shape[-1]):
         found = found + a[..., i : i + 1] * b[..., i : i + 1]

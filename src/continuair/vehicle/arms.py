@@ -1,4 +1,4 @@
-"""Arms of several sections, and the bodies on their tips."""
+"""Arms of one or more sections, and rigid bodies on their tips."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from continuair.vehicle.inertia import (
 from continuair.vehicle.section import Section
 
 MOST_ARMS = 8
-"""Arms of a vehicle at most, and sections of an arm: device code is compiled for each number."""
+"""Most arms of a vehicle, and most sections of an arm. Kernels are compiled for each number."""
 
 Member = TypeVar("Member", "Section", "ArmChain")
 
@@ -27,8 +27,10 @@ _OF_SECTION = "belongs to a section; write it below [[arm.section]], or write [a
 
 
 class TipBody(Part):
-    """A rigid body on an arm's tip. Its axes are those of the result tip_attitude at bend 0: z
-    along the tangent, out of the tip."""
+    """Rigid body on the tip of an arm.
+
+    Its axes are those of the result `tip_attitude`: z along the tangent, out of the tip.
+    """
 
     mass: NotNegative
     """the mass of the body [kg]"""
@@ -45,15 +47,15 @@ class TipBody(Part):
         matrix = symmetric_matrix(value)
         moments = principal_moments(matrix)
         if moments[0] < -ROUNDING * abs(moments[2]):
-            raise ValueError(f"must have no negative eigenvalue, and it has {moments[0]:.6g} kg m²")
+            raise ValueError(f"must have no negative eigenvalue (it has {moments[0]:.6g} kg m²)")
         check_moments("inertia of a tip", *moments)
         return matrix
 
 
 class ArmChain(Part):
-    """An arm: sections of constant curvature one after the other, and a body on the tip.
+    """Arm of one or more sections of constant curvature, with an optional body on its tip.
 
-    Its axes have their origin at the mount; at bend 0 the arm runs along their -z.
+    The arm's axes have their origin at the mount. At bend 0 the arm points along their -z.
     """
 
     refused: ClassVar[Mapping[str, str]] = {
@@ -83,12 +85,12 @@ class ArmChain(Part):
 
     @property
     def mass(self) -> float:
-        """The mass of the arm: its sections and the body on its tip [kg]."""
+        """Return the mass of the sections and of the body on the tip [kg]."""
         return sum(each.mass for each in self.section) + (self.tip.mass if self.tip else 0.0)
 
 
 def members(kind: type[Member], value: object, noun: str) -> tuple[Member, ...]:
-    """Return the arms of a vehicle or the sections of an arm, each with a name of its own."""
+    """Return the arms of a vehicle, or the sections of an arm, validated and with unique names."""
     if not isinstance(value, (list, tuple)):
         raise ValueError("must be a list")
     if not 0 < len(value) <= MOST_ARMS:
@@ -107,13 +109,13 @@ def members(kind: type[Member], value: object, noun: str) -> tuple[Member, ...]:
         if name in names[:index]:
             raise InputError(
                 f"{index}.name is {name!r}, as is that of {noun} {names.index(name)}; give each "
-                f"{noun} a name of its own."
+                f"{noun} a unique name."
             )
     return tuple(found)
 
 
 def _member(kind: type[Member], entry: object, index: int, noun: str) -> Member:
-    """Return one arm or section, called by its index where it has no name."""
+    """Return one arm or section, named by its index if it has no name."""
     if isinstance(entry, Mapping):
         try:
             built = kind(**named(entry, index))

@@ -1,4 +1,4 @@
-"""The camera at an arm's tip."""
+"""Camera at the tip of an arm."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from continuair.vehicle.inertia import UnitQuaternion
 
 
 class Camera(Part):
-    """The camera at an arm's tip; it looks along the arm's tangent, +z of the tip frame."""
+    """Camera at the tip of an arm, with its optical axis along +z of the tip frame, the tangent."""
 
     arm: Name = ""
-    """the name or the index, as text, of the arm that carries it; the first by default"""
+    """the name or the index, as text, of the arm that carries the camera; the first by default"""
 
     focal_length: PositivePair = (800.0, 800.0)
     """the focal lengths along the image's axes, as 2 numbers [px]"""

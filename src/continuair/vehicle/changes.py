@@ -1,4 +1,4 @@
-"""What else changes in a vehicle where some fields of it do."""
+"""Fields of a vehicle that change implicitly when other fields are replaced."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _OTHER = _PAIRS | {second: first for first, second in _PAIRS.items()}
 
 
 def implied(vehicle: Part, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields that follow from changed ones, by their paths; they are to be set first.
+    """Return the fields that follow from changed ones, by their paths; set these first.
 
-    Disks keep their share of a section whose length changes, and of a pair of properties of which
-    a section has one, the one that is given takes the other's place.
+    Disks keep their relative position in a section whose length changes. Of two alternative
+    properties, such as density and mass per length, the one that is given replaces the other.
     """
     found: dict[str, Any] = {}
     for path, value in changes.items():
@@ -35,21 +35,21 @@ def implied(vehicle: Part, changes: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _moved_disks(section: Section, owner: str, value: Any) -> dict[str, Any]:
-    """Positions of the disks of a section of another length: one at the tip stays there."""
+    """Return disk positions scaled to a new section length: a disk at the tip stays there."""
     length = checks.finite_array(value)
     if length is None or length.ndim > 1 or not (length > 0.0).all():
         return {}
     moved = {}
     for index, disk in enumerate(section.disks):
         share = np.divide(disk.position, section.length)
-        # Arrays over different numbers of runs are refused by their names.
+        # Arrays over different numbers of runs are rejected later, by field name.
         if share.ndim == 0 or length.shape in ((), share.shape):
             moved[f"{owner}.disks.{index}.position"] = share * length
     return moved
 
 
 def _part(node: Any, keys: Iterable[str]) -> Any:
-    """Return the part of a vehicle at a path, None if there is none."""
+    """Return the part of a vehicle at a path, or None."""
     for key in keys:
         if isinstance(node, Part):
             node = dict(node).get(key)

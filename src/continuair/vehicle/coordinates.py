@@ -1,27 +1,26 @@
-"""The paper's coordinates q = [x y z φ θ ψ κ ψa] as a view of the singularity-free state.
+"""Conversions between the paper's coordinates q = [x y z φ θ ψ κ ψa] and the state.
 
-(κ, ψa) follow for every section, arm by arm from the base out; `Layout` orders the columns of the
-state.
+The state has no singularity. The pairs (κ, ψa) of all sections follow one another, arm by arm from
+the base. `Layout` gives the columns of the state.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.arc import angles_of_branch, bend_vectors, polar_of, sections_of
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.poles import POLE, mend_near_poles, with_roll
 
 _NEAR = 1.5
-"""Roll and yaw that both change by less from sample to sample neither jump nor change triple: the
-other triple is by π - 1.5 and more apart in each, and the pitch never nearer [rad]."""
+"""Change of roll and yaw per sample below which neither jumps and the triple is kept [rad]: the
+other triple differs by at least π - 1.5 in both, and its pitch is never nearer."""
 
 
 def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
-    """States (runs, state) from paper coordinates and their rates, both (runs, coordinates)."""
+    """Return states (runs, state) for paper coordinates and rates, both (runs, coordinates)."""
     attitude = Rotation.from_euler("ZYX", q[:, [5, 4, 3]]).as_quat()
     (kappa, psi), (kappa_d, psi_d) = polar_of(q), polar_of(qd)
     along, across = _bend_directions(psi)
@@ -33,24 +32,38 @@ def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
 
 
 def branches_of(q: np.ndarray) -> np.ndarray:
-    """What names the branches of the coordinates q (runs, coordinates): ψa of each section, roll,
-    pitch and yaw, (runs, sections + 3)."""
+    """Return the angles (runs, sections + 3) that fix the branches of q (runs, coordinates).
+
+    These are ψa of each section, then roll, pitch and yaw.
+    """
     return np.hstack([polar_of(q)[1], q[:, 3:6]])
 
 
 def branches_in(rows: np.ndarray, layout: Layout) -> np.ndarray:
-    """The same of log rows (..., log), as they are followed."""
+    """Return the angles of `branches_of` for log rows (..., log), as the kernel follows them."""
     return np.concatenate(
         [angles_of_branch(rows[..., layout.branch]), rows[..., layout.euler]], axis=-1
     )
 
 
-def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any = 0.0) -> np.ndarray:
-    """q̇ (runs, coordinates) of states (runs, state) at q: `state_from_paper`, undone.
+def paper_rates(q: Array, state: Array, threshold: ArrayLike = 0.0) -> Array:
+    """Return the rates q̇ of the paper's coordinates for given states.
 
-    ψ̇a of a straight section is 0. threshold: κ_s [1/m] of each section, or of all, for terms that
-    count with it (Remark 1), as in `paper_accelerations`. Rates of the Euler angles at a pitch of
-    ±π/2 are NaN: roll and yaw have none there.
+    Parameters
+    ----------
+    q : ndarray, shape (runs, coordinates)
+        The paper's coordinates of the states.
+    state : ndarray, shape (runs, state)
+        States, in the columns of `Layout`.
+    threshold : array_like, default 0.0
+        Curvature κ_s [1/m] of Remark 1, Amiri et al. (2026): one number, one per run (runs,), or
+        (runs or 1, sections). |κ| below κ_s divides ψ̇a as κ_s.
+
+    Returns
+    -------
+    ndarray, shape (runs, coordinates)
+        Rates of q. ψ̇a of a straight section is 0 without a threshold. Rates of the Euler angles are
+        NaN at a pitch of ±π/2, where they do not exist.
     """
     layout, (kappa, psi) = _layout(q), polar_of(q)
     euler = _body_to_euler_rates(q, state[:, layout.angular_velocity])
@@ -64,12 +77,12 @@ def paper_rates(q: np.ndarray, state: np.ndarray, threshold: Any = 0.0) -> np.nd
 
 
 def paper_accelerations(
-    q: np.ndarray, qd: np.ndarray, rate: np.ndarray, threshold: Any
+    q: np.ndarray, qd: np.ndarray, rate: np.ndarray, threshold: ArrayLike
 ) -> np.ndarray:
-    """q̈ (runs, coordinates) from the state's rate (runs, state).
+    """Return q̈ (runs, coordinates) for rates of the state (runs, state).
 
-    threshold: κ_s [1/m] (Remark 1), of each section or of all: |κ| below it divides ψ̈a as κ_s, with
-    the sign of κ.
+    threshold: κ_s [1/m] (Remark 1), as in `paper_rates`. |κ| below κ_s divides ψ̈a as κ_s, with the
+    sign of κ.
     """
     layout, (kappa, psi), (kappa_d, psi_d) = _layout(q), polar_of(q), polar_of(qd)
     turned = np.einsum("nij,nj->ni", _euler_to_body_rates_dot(q, qd), qd[:, 3:6])
@@ -83,12 +96,12 @@ def paper_accelerations(
 
 
 def _layout(q: np.ndarray) -> Layout:
-    """Columns of a state; the arms that sections belong to do not change them."""
+    """Return the layout of a state; it does not depend on how sections are grouped into arms."""
     return Layout.of_arcs(sections_of(q))
 
 
-def _per_section(threshold: Any) -> np.ndarray:
-    """κ_s (runs or 1, sections or 1) from one number, or one per run, or those."""
+def _per_section(threshold: ArrayLike) -> np.ndarray:
+    """Return κ_s (runs or 1, sections or 1)."""
     found = np.asarray(threshold)
     return found if found.ndim == 2 else found.reshape(-1, 1)
 
@@ -98,12 +111,24 @@ def _joined(moved: np.ndarray, euler: np.ndarray, kappa: np.ndarray, psi: np.nda
     return np.hstack([moved, euler, polar])
 
 
-def continuous_euler(attitude: np.ndarray) -> np.ndarray:
-    """ZYX Euler angles (roll, pitch, yaw) along samples (..., samples, 4), free of jumps.
+def continuous_euler(attitude: Array) -> Array:
+    """Return ZYX Euler angles along samples of an attitude, without jumps.
 
-    Of the two triples of one attitude, (φ, θ, ψ) and (φ + π, π - θ, ψ + π), each sample takes the
-    one nearest to the sample before, so that a tumble through θ = π/2 stays smooth. At a pitch of
-    ±π/2, where only φ ∓ ψ is known, φ is that of the sample before.
+    Parameters
+    ----------
+    attitude : ndarray, shape (..., samples, 4)
+        Quaternions x, y, z, w. NaN in a sample gives NaN in its angles.
+
+    Returns
+    -------
+    ndarray, shape (..., samples, 3)
+        Roll, pitch and yaw [rad].
+
+    Notes
+    -----
+    Two triples describe one attitude, (φ, θ, ψ) and (φ + π, π - θ, ψ + π). Each sample uses the one
+    nearest to the previous sample, so that a tumble through θ = π/2 stays smooth. At a pitch of
+    ±π/2, where only φ ∓ ψ is defined, φ is that of the previous sample.
     """
     flat = np.asarray(attitude, float).reshape(-1, *attitude.shape[-2:])
     flown = np.isfinite(flat).all(axis=(1, 2))
@@ -116,7 +141,7 @@ def continuous_euler(attitude: np.ndarray) -> np.ndarray:
 
 
 def unflipped(attitude: np.ndarray) -> np.ndarray:
-    """Unit quaternions (samples, 4), each of the sign that is nearer to the one before."""
+    """Return unit quaternions (samples, 4), each with the sign nearer to the previous one."""
     flips = np.where((attitude[1:] * attitude[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
     signs = np.cumprod(np.append(1.0, flips))
     found = signs[:, None] * attitude / np.linalg.norm(attitude, axis=1, keepdims=True)
@@ -124,8 +149,11 @@ def unflipped(attitude: np.ndarray) -> np.ndarray:
 
 
 def euler_on_branch(attitude: np.ndarray, followed: np.ndarray) -> np.ndarray:
-    """ZYX Euler angles (..., 3) of attitudes (..., 4) on the triple, and within half a turn, of
-    those that were followed from step to step (..., 3)."""
+    """Return ZYX Euler angles (..., 3) of attitudes (..., 4) on the branch of followed angles.
+
+    followed: angles (..., 3) that the kernel follows from step to step. The result uses the same
+    triple and is within half a turn of them.
+    """
     branch = np.asarray(followed, float).reshape(-1, 3)
     angles = continuous_euler(np.reshape(attitude, (-1, 1, 4)))[:, 0]
     free = np.abs(np.cos(angles[:, 1])) < POLE
@@ -137,7 +165,7 @@ def euler_on_branch(attitude: np.ndarray, followed: np.ndarray) -> np.ndarray:
 
 
 def _as_far_as_known(attitude: np.ndarray) -> np.ndarray:
-    """As `_smooth`, with NaN where an attitude is not finite."""
+    """Return the angles of `_smooth`, NaN where an attitude is not finite."""
     valid = np.isfinite(attitude).all(-1)
     found = _smooth(np.where(valid[..., None], attitude, np.array([0.0, 0.0, 0.0, 1.0])))
     found[~valid] = np.nan
@@ -145,7 +173,7 @@ def _as_far_as_known(attitude: np.ndarray) -> np.ndarray:
 
 
 def _smooth(attitude: np.ndarray) -> np.ndarray:
-    """Angles (runs, samples, 3) without jumps, of finite attitudes (runs, samples, 4)."""
+    """Return angles (runs, samples, 3) without jumps, of finite attitudes (runs, samples, 4)."""
     x, y, z, w = np.array(np.moveaxis(attitude, -1, 0), order="C")
     roll = np.arctan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y))
     pitch = np.arcsin(np.clip(2 * (w * y - x * z), -1.0, 1.0))
@@ -161,10 +189,10 @@ def _smooth(attitude: np.ndarray) -> np.ndarray:
 
 
 def _without_jumps(angles: np.ndarray, run: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Angles (runs, samples, 3) that may jump after samples `at` of some runs, and nowhere else."""
+    """Remove jumps, which occur only after samples `at` of some runs, from (runs, samples, 3)."""
     before, after = angles[run, at], angles[run, at + 1]
     changes, turns = np.zeros((len(angles), angles.shape[1] - 1), bool), np.zeros_like(angles)
-    # Both ways of changing triple are equally far, so that each step says stay or change by itself.
+    # Both changes of triple are equally far, so that each step decides by itself.
     stay = (_wrapped(after - before) ** 2).sum(-1)
     changes[run, at] = (_wrapped(_other(after) - before) ** 2).sum(-1) < stay
     changed = np.zeros(angles.shape[:2], bool)
@@ -176,12 +204,12 @@ def _without_jumps(angles: np.ndarray, run: np.ndarray, at: np.ndarray) -> np.nd
 
 
 def _other(angles: np.ndarray) -> np.ndarray:
-    """The other triple (n, 3) of the same attitudes."""
+    """Return the other triple (n, 3) of the same attitudes."""
     return np.pi + np.array([1.0, -1.0, 1.0]) * angles
 
 
 def _turns(step: np.ndarray) -> np.ndarray:
-    """What steps of π and more have to be changed by to be the shorter way round."""
+    """Return the whole turns to add to steps of π and more to make them the shorter way."""
     shorter = np.mod(step + np.pi, 2.0 * np.pi) - np.pi
     shorter[(shorter == -np.pi) & (step > 0.0)] = np.pi
     return np.where(np.abs(step) < np.pi, 0.0, shorter - step)
@@ -192,14 +220,17 @@ def _wrapped(angle: np.ndarray) -> np.ndarray:
 
 
 def euler_to_body_rates(q: np.ndarray) -> np.ndarray:
-    """E(φ, θ), (runs, 3, 3): ZYX Euler rates (φ̇, θ̇, ψ̇) to angular velocity in body axes."""
+    """Return E(φ, θ), (runs, 3, 3): ZYX Euler rates to angular velocity in body axes."""
     (sφ, cφ), (sθ, cθ) = _sine_cosine(q[:, 3]), _sine_cosine(q[:, 4])
     one, nil = np.ones_like(sφ), np.zeros_like(sφ)
     return _matrix([[one, nil, -sθ], [nil, cφ, sφ * cθ], [nil, -sφ, cφ * cθ]])
 
 
 def _body_to_euler_rates(q: np.ndarray, spin: np.ndarray) -> np.ndarray:
-    """E⁻¹ of angular velocities in body axes (runs, 3): what is not finite at θ = ±π/2."""
+    """Return Euler rates E⁻¹ ω of angular velocities in body axes (runs, 3).
+
+    They are not finite at θ = ±π/2.
+    """
     (sφ, cφ), (sθ, cθ) = _sine_cosine(q[:, 3]), _sine_cosine(q[:, 4])
     x, y, z = spin.T
     yaw = (sφ * y + cφ * z) / cθ
@@ -227,6 +258,6 @@ def _matrix(rows: list[list[np.ndarray]]) -> np.ndarray:
 
 
 def _bend_directions(psi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Along the bend and across it, (..., 2) each."""
+    """Return unit vectors along the bend and across it, (..., 2) each."""
     sine, cosine = _sine_cosine(psi)
     return np.stack([cosine, sine], axis=-1), np.stack([-sine, cosine], axis=-1)

@@ -1,4 +1,4 @@
-"""The spacer disks and tip masses of a section."""
+"""Spacer disks and tip masses of a section."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from continuair.vehicle.fields import Count, NotNegative, NotNegativePair, Part
 from continuair.vehicle.inertia import check_moments
 
 MOST_DISKS = 1000
-"""Disks of a section: each costs time and memory in every vehicle of a batch."""
+"""Most disks of a section. Each costs time and memory in every vehicle of a batch."""
 
 
 class Disk(Part):
-    """A spacer disk, normal to the backbone; at the section's end it is a tip mass."""
+    """Spacer disk normal to the backbone; at the section's end it is a tip mass."""
 
     position: NotNegative
     """the arc length from the section's base to the disk [m]"""
@@ -35,19 +35,19 @@ class Disk(Part):
 
     @property
     def axial_inertia(self) -> float:
-        """The moment of inertia about the tangent [kg m²]; an array in a batched vehicle."""
+        """Return the moment of inertia about the tangent [kg m²], an array in a batched vehicle."""
         axial: float = np.transpose(self.inertia)[1]
         return axial
 
     @property
     def transverse_inertia(self) -> float:
-        """The moment of inertia about a diameter [kg m²]; an array in a batched vehicle."""
+        """Return the moment of inertia about a diameter [kg m²], an array in a batched vehicle."""
         transverse: float = np.transpose(self.inertia)[0]
         return transverse
 
     @property
     def straight_modal_mass(self) -> float:
-        """Its part of the section's `straight_modal_mass`, m s⁴/4 + j s² [kg m⁴]."""
+        """Return the disk's part of `Section.straight_modal_mass`, m s⁴/4 + j s² [kg m⁴]."""
         square = self.position * self.position
         return self.mass * square * square / 4 + self.transverse_inertia * square
 
@@ -71,13 +71,13 @@ class _EqualDisks(Part):
 
 
 def disks_of(value: object, length: float | None) -> object:
-    """Return disks as a list: a table {count, mass, inertia} puts them at even distances.
+    """Return disks as a list; a table {count, mass, inertia} spaces them evenly.
 
-    length: of the section [m]; None where it is unusable, which is told then instead.
+    length: of the section [m]; None if it is invalid, which is reported separately.
     """
     if isinstance(value, Mapping) and "count" in value:
         row = _EqualDisks(**value)
-        # The last is at the section's end exactly.
+        # The last disk is exactly at the section's end.
         ends = [length * (k / row.count) for k in range(1, row.count + 1)] if length else []
         return tuple(Disk(position=end, mass=row.mass, inertia=row.inertia) for end in ends)
     if isinstance(value, (list, tuple)) and len(value) > MOST_DISKS:

@@ -1,6 +1,6 @@
-"""What acts on a vehicle beside its own parts, as the vehicle knows it: fields that hold numbers.
+"""Base class of a user's own forces, as far as a vehicle needs it: fields that hold numbers.
 
-The device code of such an effect is that of `continuair.Term` (terms/term.py).
+`continuair.Term` (terms/term.py) adds the device code.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from continuair.immutable import Immutable
 
 @dataclass(frozen=True)
 class Effect(Immutable):
-    """Immutable fields, checked when the effect is made.
+    """Frozen dataclass whose fields are validated on construction.
 
-    Fields of type `float`, or tuples of it, are numbers, each of one run or with a leading
+    Fields of type `float`, or tuples of it, are numbers. Each holds one run or has a leading
     dimension (runs,). Fields of any other type are the same in every run.
     """
 
@@ -35,16 +35,16 @@ class Effect(Immutable):
             value = getattr(self, each.name)
             if not isinstance(value, (np.ndarray, Hashable)):
                 raise InputError(
-                    f"{kind.__name__}.{each.name} is {shown(value)}, which cannot be compared as "
-                    "part of kernels; give a number, text or tuple."
+                    f"{kind.__name__}.{each.name} is {shown(value)}, which is not hashable; "
+                    "give a number, text or tuple."
                 )
 
 
 @cache
 def numbers_of(kind: type[Effect]) -> dict[str, tuple[int | None, ...]]:
-    """Return the fields of a class of effects that hold numbers, and the shape of each in one run.
+    """Return the numeric fields of a class of effects, and the shape of each in one run.
 
-    None stands for a length that the type leaves open.
+    None is a length that the type does not fix.
     """
     hints = get_type_hints(kind)
     shapes = {each.name: _shape(hints[each.name]) for each in fields(kind)}
@@ -52,7 +52,7 @@ def numbers_of(kind: type[Effect]) -> dict[str, tuple[int | None, ...]]:
 
 
 def _shape(kind: Any) -> tuple[int | None, ...] | None:
-    """Return the shape of the numbers of a type, None if it holds something else."""
+    """Return the shape of the numbers of a type, or None if it is not numeric."""
     inner = get_args(kind)
     if get_origin(kind) in (Union, UnionType):
         (kind, *others) = [each for each in inner if each is not type(None)]
@@ -66,7 +66,7 @@ def _shape(kind: Any) -> tuple[int | None, ...] | None:
 
 
 def _checked(path: str, value: Any, shape: tuple[int | None, ...]) -> Any:
-    """Return numbers of one run as a float or tuples, those of several as an array."""
+    """Return the numbers of one run as a float or tuples, those of several as an array."""
     found = checks.finite_array(value)
     fits = found is not None and found.size > 0 and found.ndim in (len(shape), len(shape) + 1)
     if found is not None and fits:
@@ -87,27 +87,27 @@ def _tuples(value: Any) -> Any:
 
 
 def check_effects(value: object) -> tuple[Effect, ...]:
-    """Return effects as a tuple; raises an error for anything else, such as what a file holds."""
+    """Return effects as a tuple, or raise an error for anything else, such as a table of a file."""
     if not isinstance(value, (list, tuple)):
         raise ValueError("must be a tuple")
     for index, each in enumerate(value):
         if not isinstance(each, Effect):
             name = each.get("term", each) if isinstance(each, dict) else each
             raise InputError(
-                f"{index} is {_named(name)}, but a term is code, which no file or description "
-                "holds; set it with vehicle.replace({'terms': (Name(...),)})."
+                f"{index} is {_named(name)}, but a term is code, not part of a file; "
+                "set it with vehicle.replace({'terms': (Name(...),)})."
             )
         _check_fields(each)
     return tuple(value)
 
 
 def _check_fields(effect: Effect) -> None:
-    """Raise InputError for a class whose annotated fields are none, for want of a decorator."""
+    """Raise InputError for a class that lacks the decorator which makes its annotations fields."""
     kind, known = type(effect), {each.name for each in fields(effect)}
     for name, annotation in kind.__dict__.get("__annotations__", {}).items():
         if name not in known and "ClassVar" not in str(annotation):
             raise InputError(
-                f"term {kind.__name__} has {name}, which is no field yet; write "
+                f"term {kind.__name__} annotates {name}, which is not a field; write "
                 "@dataclass(frozen=True) above its class."
             )
 
@@ -119,7 +119,7 @@ def _named(value: object) -> str:
 
 
 def plain(effect: Effect) -> dict[str, Any]:
-    """Return the class name and the fields of an effect as JSON can hold them."""
+    """Return the class name and the fields of an effect as values for JSON."""
     found: dict[str, Any] = {"term": type(effect).__name__}
     for each in fields(effect):
         value = getattr(effect, each.name)

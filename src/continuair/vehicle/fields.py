@@ -1,32 +1,45 @@
-"""Immutable parameter models, and the kinds of numbers that their fields accept.
+"""Immutable parameter models, and the types of their fields.
 
 Fields accept Python and NumPy numbers, lists, tuples and arrays, and hold plain numbers and tuples.
 """
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 from collections.abc import Callable, Generator, Iterator, Mapping
 from functools import cache
 from types import UnionType
-from typing import Annotated, Any, ClassVar, Self, TypeGuard, Union, cast, get_args, get_origin
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    Self,
+    TypeGuard,
+    Union,
+    cast,
+    get_args,
+    get_origin,
+)
 
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
+from pydantic.fields import FieldInfo
 
 from continuair import checks
 from continuair.errors import InputError, input_error, named_fields, nearest, shown
 from continuair.immutable import Immutable
 
 ROUNDING = 1e-9
-"""Share by which numbers that are meant to be equal may differ."""
+"""Relative difference up to which two numbers count as equal."""
 
 _UNIONS = (Union, UnionType)
 
 
 def _real(value: object) -> float:
-    """Return a number as float; NaN, which no field accepts, for what is no finite number."""
+    """Return a number as float, and NaN, which no field accepts, for anything else."""
     if type(value) is float:
         return value
     if isinstance(value, np.ndarray) and value.ndim == 0 and not checks.has_unit(value):
@@ -35,7 +48,7 @@ def _real(value: object) -> float:
 
 
 def finite(value: object) -> float:
-    """Return a finite number as float; ValueError for anything else."""
+    """Return a finite number as float, or raise ValueError."""
     number = _real(value)
     if not math.isfinite(number):
         raise ValueError("must be a finite number")
@@ -71,7 +84,7 @@ def _whole(value: object) -> int:
 
 
 def is_title(value: object) -> bool:
-    """Tell whether a value is text for titles: one line, and not blank."""
+    """Return whether a value is one line of text that is not blank."""
     return isinstance(value, str) and bool(value.strip()) and value.isprintable()
 
 
@@ -84,7 +97,7 @@ def _title(value: object) -> str:
 
 
 def is_word(value: object) -> TypeGuard[str]:
-    """Tell whether a value is a word that can stand in the path of a field."""
+    """Return whether a value is one word, which can be part of the path of a field."""
     return isinstance(value, str) and re.fullmatch(r"[A-Za-z0-9_-]+", value) is not None
 
 
@@ -127,25 +140,25 @@ Quaternion = Annotated[tuple[float, float, float, float], _entries(4, finite)]
 
 
 class _Shape(str):
-    """Text that prints without quotation marks."""
+    """Text whose `repr` has no quotation marks."""
 
     __repr__ = str.__str__
 
 
 def label(entry: object, index: int) -> str:
-    """Return what an entry of a list is called in the path of a field: its name, or its index."""
+    """Return the name of a list's entry in the path of a field: its own name, or its index."""
     name = entry.get("name") if isinstance(entry, Mapping) else getattr(entry, "name", None)
     return name if is_word(name) else str(index)
 
 
 def named(entry: Mapping[str, Any], index: int) -> dict[str, Any]:
-    """Return an entry of a list of named tables; one without a name is called by its index."""
+    """Return an entry of a list of named tables, named by its index if it has no name."""
     return {**entry, "name": entry.get("name") or str(index)}
 
 
 @cache
 def kinds(part: type[BaseModel], field: str) -> tuple[type[Part] | None, type[Part] | None]:
-    """Return the part that a table of a field is read as, and that of the entries of a list."""
+    """Return the classes that a table of a field, and the entries of its list, are read as."""
     annotation: Any = named_fields(part)[field].annotation
     options = get_args(annotation) if get_origin(annotation) in _UNIONS else (annotation,)
     of_entries = [get_args(each)[0] for each in options if get_origin(each) is tuple]
@@ -153,7 +166,7 @@ def kinds(part: type[BaseModel], field: str) -> tuple[type[Part] | None, type[Pa
 
 
 def dimensions(part: type[BaseModel], field: str) -> int:
-    """Return how deep the numbers of a field are in lists: 0 for one number, 1 for a vector."""
+    """Return the number of dimensions of a field: 0 for one number, 1 for a vector."""
     return _depth(named_fields(part)[field].annotation)
 
 
@@ -169,7 +182,7 @@ def _is_part(kind: Any) -> bool:
 
 
 def _check_names(part: type[Part], fields: Mapping[str, Any], path: str) -> None:
-    """Refuse unknown fields of a part and of its parts before a missing one is complained about."""
+    """Raise InputError for unknown fields of a part and its parts, before missing ones."""
     known = named_fields(part)
     for name, value in fields.items():
         if name in part.refused:
@@ -188,16 +201,49 @@ def _check_names(part: type[Part], fields: Mapping[str, Any], path: str) -> None
                     _check_names(of_entries, entry, f"{path}{name}.{label(entry, index)}.")
 
 
-class Part(Immutable, BaseModel):
-    """Immutable parameters; an unknown, missing or unusable field is an InputError.
+def _written(annotation: Any) -> str:
+    """Return the type of a field as its documentation names it."""
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if origin is Literal:
+        return "{" + ", ".join(f'"{choice}"' for choice in inner) + "}"
+    if origin is Annotated:
+        return _written(inner[0])
+    if origin in _UNIONS:
+        return " or ".join(_written(each) for each in inner if each is not type(None))
+    if origin is tuple:
+        return f"tuple of {_written(inner[0])}"
+    return str(annotation.__name__)
 
-    Iterating gives pairs of a field's name, as files have it, and its value.
+
+def _documented(name: str, field: FieldInfo) -> str:
+    """Return the entry of a field in a section `Parameters`."""
+    kind, default = _written(field.annotation), field.default
+    if not field.is_required():
+        plain = isinstance(default, (int, float, str)) or (isinstance(default, tuple) and default)
+        kind += f", default {default!r}" if plain else ", optional"
+    meaning = " ".join((field.description or "").split())
+    return f"{name} : {kind}\n    {meaning[:1].upper()}{meaning[1:]}."
+
+
+class Part(Immutable, BaseModel):
+    """Immutable parameters, validated on construction.
+
+    An unknown, missing or invalid field raises InputError. Iterating yields pairs of a field's
+    name, as in files, and its value. Subclasses get their section `Parameters` from their fields.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     refused: ClassVar[Mapping[str, str]] = {}
-    """What files may hold elsewhere, or later -> the rest of the sentence that refuses it."""
+    """Names that files cannot hold here -> the rest of the sentence that rejects them."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **named: Any) -> None:
+        """Append the fields to the docstring, as its section `Parameters`."""
+        super().__pydantic_init_subclass__(**named)
+        if text := cls.__dict__.get("__doc__"):
+            fields = [_documented(name, each) for name, each in named_fields(cls).items()]
+            cls.__doc__ = "\n".join([inspect.cleandoc(text), "", "Parameters", "-" * 10, *fields])
 
     def __init__(self, /, **fields: Any) -> None:
         _check_names(type(self), fields, "")
@@ -219,16 +265,16 @@ class Part(Immutable, BaseModel):
         )
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """Itself; InputError for updates, which pydantic would not check."""
+        """Return the same object; raise InputError for updates, which pydantic does not check."""
         if update:
             raise InputError(
-                f"model_copy is asked to change {', '.join(map(str, update))}, which nothing would "
-                "check; use vehicle.replace({...}), which returns a changed copy."
+                f"model_copy does not check {', '.join(map(str, update))}; "
+                "use vehicle.replace({...}), which returns a changed copy."
             )
         return self
 
     def having(self, **fields: Any) -> Self:
-        """Itself with other fields that are known to be usable, as nothing checks them."""
+        """Return a copy with other fields, which must be valid: they are not checked."""
         return cast(Self, type(self).model_construct(**(dict(self) | fields)))
 
     def __iter__(self) -> Generator[tuple[str, Any], None, None]:

@@ -1,4 +1,4 @@
-"""Whether samples of an attitude follow its Euler angles from one to the next."""
+"""Check whether samples of an attitude are dense enough to follow its Euler angles."""
 
 from __future__ import annotations
 
@@ -10,22 +10,23 @@ from continuair.vehicle.coordinates import continuous_euler
 Array = np.ndarray
 
 CHANGE = 1.0
-"""Change of an angle from sample to sample up to which it is followed [rad]."""
+"""Largest change of an angle from sample to sample at which it can be followed [rad]."""
 
 SHARE = 0.1
-"""sin²(Δ/2) of the turn Δ between samples, as a share of cos²θ, up to which no angle changes by
-more than CHANGE, whichever way the attitude turned."""
+"""Bound of sin²(Δ/2) / cos²θ, Δ the rotation between samples, below which no angle changes by more
+than CHANGE, whatever the axis of the rotation."""
 
 _THROUGH = 1e-6
-"""Distance from pitch ±π/2 that rounding, of float32 too, leaves of a turn right through it; a turn
-that passes beside it keeps its triple, and swings roll and yaw by half a turn [rad]."""
+"""Distance from pitch ±π/2 below which a rotation passes through it, up to rounding in float32
+[rad]. A rotation that passes beside it keeps its triple, and changes roll and yaw by π."""
 
 
 def unfollowed(attitude: Array) -> Array:
-    """Which intervals (runs, samples - 1) between samples (runs, samples, 4) lose the angles.
+    """Return the intervals (runs, samples - 1) over which Euler angles cannot be followed.
 
-    On the triple nearest to the sample before, an angle changes by more than CHANGE; or the samples
-    change triple, but pass pitch ±π/2 on one side. Those that hold a NaN lose nothing.
+    attitude: (runs, samples, 4). In such an interval an angle of the nearest triple changes by more
+    than CHANGE, or the triple changes although the rotation passes beside pitch ±π/2. Intervals
+    with NaN are not reported.
     """
     x, y, z, w = np.moveaxis(attitude, -1, 0)
     level = 1.0 - 4.0 * (w * y - x * z) ** 2
@@ -36,17 +37,17 @@ def unfollowed(attitude: Array) -> Array:
 
 
 def _lost(before: Array, after: Array) -> Array:
-    """As `unfollowed`, of pairs of samples (n, 4) each."""
+    """Return the same for pairs of samples (n, 4)."""
     angles = continuous_euler(np.stack([before, after], axis=1))
-    lost = (np.abs(angles[:, 1] - angles[:, 0]) > CHANGE).any(-1)
+    lost: Array = np.asarray((np.abs(angles[:, 1] - angles[:, 0]) > CHANGE).any(-1))
     changed = np.flatnonzero(~lost & (np.abs(angles[:, 1, 1]) > 0.5 * np.pi))
     if len(changed):
         lost[changed] = _beside(before[changed], after[changed]) > _THROUGH
-    return np.asarray(lost)
+    return lost
 
 
 def _beside(before: Array, after: Array) -> Array:
-    """How far (n,) from the vertical the x axes of turns between attitudes (n, 4) pass [rad]."""
+    """Return the distance (n,) from the vertical at which x axes pass between attitudes [rad]."""
     first, last = Rotation.from_quat(before), Rotation.from_quat(after)
     axis = (last * first.inv()).as_rotvec()
     axis /= np.linalg.norm(axis, axis=-1, keepdims=True)

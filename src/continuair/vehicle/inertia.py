@@ -31,7 +31,7 @@ UnitQuaternion = Annotated[Quaternion, AfterValidator(_unit_norm)]
 
 
 def symmetric_matrix(value: object) -> Matrix:
-    """Return 3 numbers (the diagonal) or 3x3 numbers as a matrix; ValueError if not symmetric."""
+    """Return a matrix from its diagonal or 3x3 numbers; raise ValueError if not symmetric."""
     demand = "must hold 3 numbers (the diagonal) or 3 rows of 3 numbers"
     rows = value.tolist() if isinstance(value, np.ndarray) else value
     if not isinstance(rows, (list, tuple)) or len(rows) != 3:
@@ -55,7 +55,7 @@ def symmetric_matrix(value: object) -> Matrix:
 
 
 def principal_moments(matrix: Matrix) -> list[float]:
-    """Return the principal moments of a symmetric matrix, the smallest first."""
+    """Return the principal moments of a symmetric matrix in ascending order."""
     if not (matrix[0][1] or matrix[0][2] or matrix[1][2]):
         return sorted((matrix[0][0], matrix[1][1], matrix[2][2]))
     moments: list[float] = np.linalg.eigvalsh(matrix).tolist()
@@ -63,14 +63,14 @@ def principal_moments(matrix: Matrix) -> list[float]:
 
 
 def check_moments(field: str, smallest: float, middle: float, largest: float) -> None:
-    """Refuse, or warn about, principal moments that no distribution of mass can have."""
+    """Raise ValueError, or warn, if no distribution of mass has these principal moments."""
     if largest <= (smallest + middle) * (1 + ROUNDING):
         return
     text = (
-        f"the largest principal moment {largest:.6g} kg m² exceeds the sum "
-        f"{smallest + middle:.6g} kg m² of the other two"
+        f"largest principal moment {largest:.6g} kg m² exceeds the sum "
+        f"{smallest + middle:.6g} kg m² of the others"
     )
     if largest > (smallest + middle) * (1 + _TRIANGLE_EXCESS):
         raise ValueError(f"belongs to no rigid body: {text} by more than 5 %")
-    text = f"{field} belongs to no rigid body: {text} by less than 5 %, and is used as given."
+    text = f"{field} belongs to no rigid body, but is used as given: {text} by less than 5 %."
     warn(text, stacklevel=2)

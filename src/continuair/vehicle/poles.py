@@ -1,4 +1,4 @@
-"""ZYX Euler angles near pitch ±π/2, where roll and yaw turn about the same axis."""
+"""ZYX Euler angles near pitch ±π/2, where roll and yaw rotate about the same axis."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import numpy as np
 Array = np.ndarray
 
 POLE = 1e-9
-"""|cos θ| below which roll and yaw are not told apart: there any split of them describes the
-attitude, and their rates keep no digits."""
+"""|cos θ| below which roll and yaw cannot be separated: any split describes the attitude, and their
+rates keep no significant digits."""
 
 _NEAR = 1e-3
-"""Distance from pitch ±π/2 within which the usual formulas lose digits, more of a quaternion that
-is not quite of length 1 [rad]."""
+"""Distance from pitch ±π/2 within which the usual formulas lose digits, more so for a quaternion
+whose norm is not exactly 1 [rad]."""
 
 
 def mend_near_poles(angles: Array, attitude: Array) -> None:
-    """Put precise angles (runs, samples, 3) in place near pitch ±π/2; attitude: (..., 4).
+    """Replace angles (runs, samples, 3) near pitch ±π/2 by precise ones, in place.
 
-    At the pole itself the roll is that of the sample before, or of the first one beside it, or 0,
-    and the yaw what remains.
+    attitude: (runs, samples, 4). At the pole the roll is that of the previous sample off the pole,
+    else that of the first one, else 0. The yaw is the remainder.
     """
     near = np.abs(angles[..., 1]) > 0.5 * np.pi - _NEAR
     runs = np.flatnonzero(near.any(axis=1))
@@ -35,7 +35,7 @@ def mend_near_poles(angles: Array, attitude: Array) -> None:
 
 
 def with_roll(angles: Array, roll: Array) -> Array:
-    """The triples (..., 3) of the same attitudes at pitch ±π/2 with another roll (...)."""
+    """Return triples (..., 3) of the same attitudes at pitch ±π/2 with another roll (...)."""
     up = np.sign(angles[..., 1])
     yaw = angles[..., 2] + up * (roll - angles[..., 0])
     yaw = yaw - 2.0 * np.pi * np.round(yaw / (2.0 * np.pi))
@@ -43,9 +43,9 @@ def with_roll(angles: Array, roll: Array) -> Array:
 
 
 def _precise(attitude: Array) -> tuple[Array, Array]:
-    """Angles (n, 3) by half sums and differences of roll and yaw, and cos θ (n,).
+    """Return angles (n, 3), from half sums and differences of roll and yaw, and cos θ (n,).
 
-    Of the two, only the one that a pole leaves free is ill-conditioned there.
+    At a pole only one of sum and difference is ill-conditioned, the one that is arbitrary there.
     """
     x, y, z, w = np.moveaxis(attitude, -1, 0)
     less, more = np.arctan2(x - z, w + y), np.arctan2(x + z, w - y)
@@ -57,7 +57,7 @@ def _precise(attitude: Array) -> tuple[Array, Array]:
 
 
 def _roll_beside(roll: Array, free: Array) -> Array:
-    """For each free sample of (runs, samples), the roll of the last that is not, or the first."""
+    """Return for each free sample of (runs, samples) the roll of the last, or first, other one."""
     at = np.where(free, 0, np.arange(free.shape[1]))
     at = np.maximum(np.maximum.accumulate(at, axis=1), np.argmin(free, axis=1)[:, None])
     held = np.take_along_axis(roll, at, axis=1)

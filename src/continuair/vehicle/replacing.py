@@ -1,7 +1,7 @@
-"""Changing fields of immutable parameter models by dotted name, for one run or for many.
+"""Replace fields of immutable parameter models by dotted name, for one run or for many.
 
-A *tree* is a model taken apart into dicts and lists; a field that differs from run to run is a
-`_Runs` in it. Every run is validated by building the models of that run from the tree.
+A *tree* is a model as nested dicts and lists, in which a field that differs between runs is a
+`_Runs`. Each run is validated by building its models from the tree.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ Model = TypeVar("Model", bound=BaseModel)
 class _Runs:
     values: list[Any]
     note: str = ""
-    """how the values were understood, where there was a choice"""
+    """how ambiguous values were interpreted"""
 
 
 class _EffectTree(dict[str, Any]):
-    """An effect taken apart; kind: its class."""
+    """Tree of an effect; kind: its class."""
 
     def __init__(self, effect: Effect) -> None:
         kind: Any = type(effect)
@@ -42,7 +42,7 @@ class _EffectTree(dict[str, Any]):
             self[each.name] = _tree(value) if each.name in numbers else value
 
     def built(self, path: str) -> Effect:
-        """Return the effect, of arrays where runs differ."""
+        """Return the effect, with arrays where runs differ."""
         given = {name: _array_or_value(node) for name, node in self.items()}
         try:
             return self.kind(**given)
@@ -50,10 +50,10 @@ class _EffectTree(dict[str, Any]):
             raise error.within(f"{path}: ") from None
 
 
-def replace(model: Model, changes: Mapping[str, Any], implied: Mapping[str, Any]) -> Model:
+def replace(model: Model, changes: Mapping[str, object], implied: Mapping[str, object]) -> Model:
     """Return a copy of `model` with dotted fields changed; arrays over runs make a batched copy.
 
-    implied: what follows from the changes, unless they say otherwise.
+    implied: fields that follow from the changes, unless the changes contain them.
     """
     tree = _tree(model)
     for path, value in implied.items():
@@ -68,13 +68,13 @@ def replace(model: Model, changes: Mapping[str, Any], implied: Mapping[str, Any]
     parts = dict(model)
     for name in {path.split(".")[0] for path in (*implied, *changes)}:
         parts[name] = _rebuilt(type(model), name, tree[name], runs)
-    # A model is validated again inside another, which holds for one run only.
+    # pydantic validates a model again inside another, which works for one run only.
     checked = type(model)(**{name: pick(part, 0) for name, part in parts.items()})
     return type(model).model_construct(**(dict(checked) | parts)) if runs else checked
 
 
 def value_of(model: BaseModel, path: str) -> Any:
-    """Return what a plain model holds at a dotted name: a number, None, text, or lists of them."""
+    """Return the value of a plain model at a dotted name: number, None, text, or lists of them."""
     node, keys = _tree(model), _keys(path)
     for depth, key in enumerate(keys):
         node = node[_index(node, key, keys[:depth])]
@@ -82,7 +82,7 @@ def value_of(model: BaseModel, path: str) -> Any:
 
 
 def of_run(model: type[BaseModel], described: Mapping[str, Any], run: int) -> dict[str, Any]:
-    """Return the fields of one run, of a model whose arrays over runs are lists, as in JSON."""
+    """Return the fields of one run from a description, whose arrays over runs are lists."""
     return {name: _of_run(model, name, value, run) for name, value in described.items()}
 
 
@@ -110,7 +110,7 @@ def _tree(value: Any) -> Any:
 
 
 def _set(tree: Any, path: str, value: object) -> tuple[str | int, ...]:
-    """Set a field, and return where it is: the same place, by whatever name."""
+    """Set a field, and return its place, which is the same for all its names."""
     node: Any = tree
     *parents, last = _keys(path)
     place: list[str | int] = []
@@ -125,12 +125,11 @@ def _set(tree: Any, path: str, value: object) -> tuple[str | int, ...]:
 def _check_once(
     place: tuple[str | int, ...], path: str, places: Mapping[tuple[str | int, ...], str]
 ) -> None:
-    """Raise InputError for a change that undoes one before."""
+    """Raise InputError for a change that overwrites a previous one."""
     for other, before in places.items():
         if other[: len(place)] == place:
             raise InputError(
-                f"{path} sets again what {before} has set before; give one of them, or the whole "
-                "before its part."
+                f"{path} overwrites {before}; give one of them, or the whole before its part."
             )
 
 
@@ -141,7 +140,7 @@ def _keys(path: object) -> list[str]:
 
 
 def _index(node: Any, key: str, parents: list[str]) -> str | int:
-    """Return the key into a tree node, or say which keys there are."""
+    """Return the key into a tree node, or raise InputError with the valid keys."""
     path = ".".join([*parents, key])
     if isinstance(node, dict):
         if key in node:
@@ -150,7 +149,7 @@ def _index(node: Any, key: str, parents: list[str]) -> str | int:
         raise InputError(f"{path or repr(path)} is not a known field; {nearest(path, valid)}.")
     owner = ".".join(parents)
     if not isinstance(node, list):
-        whole = "differs from run to run" if isinstance(node, _Runs) else "has no parts"
+        whole = "differs between runs" if isinstance(node, _Runs) else "has no parts"
         raise InputError(f"{path} cannot be set because {owner} {whole}; give {owner} as a whole.")
     names = [label(entry, index) for index, entry in enumerate(node)]
     if key in names:
@@ -165,7 +164,7 @@ def _index(node: Any, key: str, parents: list[str]) -> str | int:
 
 
 def _over_runs(path: str, value: Any, old: Any) -> Any:
-    """Return the new node for `value`: `_Runs` if it has one dimension more than the field."""
+    """Return the node for `value`: `_Runs` if it has one dimension more than the field."""
     if checks.has_unit(value):
         raise InputError(f"{path} is {shown(value)}, which has a unit; give numbers in SI units.")
     if isinstance(value, (np.ndarray, np.generic)) or hasattr(value, "__array__"):
@@ -176,10 +175,10 @@ def _over_runs(path: str, value: Any, old: Any) -> Any:
     try:
         shape = np.shape(value)
     except (TypeError, ValueError):
-        # Ragged, or of no numbers: no field has such a value, so the model refuses it by name.
+        # Ragged or not numeric: the model rejects it by field name.
         return value
     field = np.shape(template) if template is not None else ()
-    # An inertia may be given by its diagonal, which has one dimension less than it is stored with.
+    # An inertia given by its diagonal has one dimension less than the stored matrix.
     diagonals = len(field) == 2 and len(shape) == 2 and shape != field
     if len(shape) != len(field) + 1 and not diagonals:
         return list(value)
@@ -238,7 +237,7 @@ def _array_or_value(node: Any) -> Any:
 
 
 def _rebuilt(model: type[BaseModel], field: str, node: Any, runs: int) -> Any:
-    """Return what a field holds, from its tree: parts are built, and anything else is as it is."""
+    """Return the value of a field from its tree: build parts, leave anything else unchanged."""
     of_table, of_entries = kinds(model, field)
     if of_table and isinstance(node, dict):
         return _build(of_table, node, runs, f"{field}.")
@@ -272,7 +271,7 @@ def _build(model: type[Model], fields: dict[str, Any], runs: int, prefix: str) -
 def _columns(
     model: type[Model], fields: dict[str, Any], runs: int, prefix: str
 ) -> dict[str, list[Any]]:
-    """Return the validated values of all fields over the runs."""
+    """Return the validated values of each field over the runs."""
     columns: dict[str, list[Any]] = {name: [] for name in named_fields(model)}
     varied = {name: node for name, node in fields.items() if _varies(node)}
     warned: list[int] = []
@@ -295,7 +294,7 @@ def _columns(
 
 
 def _stacked(node: Any, column: list[Any], path: str) -> Any:
-    """Return one value holding the values of all runs: arrays where they, or the tree, vary."""
+    """Return one value for all runs: an array if the values, or the tree, vary."""
     first = column[0]
     if not _varies(node) and all(value == first for value in column):
         return first
@@ -319,8 +318,8 @@ def _stacked(node: Any, column: list[Any], path: str) -> Any:
 
 
 def _child(node: Any, key: str | int) -> Any:
-    """Return the tree of a field or an entry, None where the tree has none of its own."""
+    """Return the tree of a field or an entry, or None."""
     if isinstance(node, dict):
-        # A table in the place of a list holds what all its entries share.
+        # A table in place of a list holds the fields that all entries share.
         return node if isinstance(key, int) else node.get(key)
     return node[key] if isinstance(node, list) and isinstance(key, int) else None

@@ -1,4 +1,4 @@
-"""The rotors of a multirotor, and the drag of its frame."""
+"""Rotors of a multirotor, and the drag of its frame."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ from continuair.vehicle.fields import (
 Array = np.ndarray
 
 AIR_DENSITY = 1.225
-"""Of the standard atmosphere at sea level [kg/m³]."""
+"""Density of the standard atmosphere at sea level [kg/m³]."""
 
 WASH_EDGE = 0.5
-"""Part of a disk's radius, and of its area, over which the wash begins on either side of its edge:
-air shears there, and a force that jumped would cost the steps their order."""
+"""Width of the edge of a rotor's downwash on either side, as a share of the disk's area across the
+disk and of its radius along the axis. A discontinuous force would reduce the integrator's order."""
 
 _DEAREST = 40.0
-"""Thrust that a side force may cost, in that of as much lift: of six rotors that lean by 3 degrees
-in turn. From there on it counts as none that they give."""
+"""Largest thrust per side force, relative to the thrust per lift, at which side forces count as
+available; that of six rotors that alternately lean by 3 degrees."""
 
 MOST_ROTORS = 16
-"""Rotors of a vehicle at most: device code is compiled for each number."""
+"""Most rotors of a vehicle. Kernels are compiled for each number."""
 
 
 def _at_most_one(value: object) -> float:
@@ -61,13 +61,13 @@ def _spin(value: object) -> int:
 
 
 class Rotor(Part):
-    """One rotor of a list."""
+    """Rotor of a list."""
 
     position: Vector
     """the position of the rotor's hub in body axes, as 3 numbers [m]"""
 
     axis: Vector = (0.0, 0.0, 1.0)
-    """the direction of its thrust in body axes, as 3 numbers [-]"""
+    """the direction of the thrust in body axes, as 3 numbers [-]"""
 
     spin: Annotated[int, BeforeValidator(_spin)]
     """1 for a rotor that turns counter-clockwise about its axis, -1 for one that turns clockwise"""
@@ -82,35 +82,35 @@ class Rotor(Part):
 
 
 _UNFELT = 1e-6
-"""Share of the thrusts that a force to the side may have by rounding."""
+"""Largest side force that counts as rounding, as a share of the thrusts."""
 
 
 class Rotors(Part):
-    """Equal rotors, in a layout by its name or listed one by one.
+    """Equal rotors, in a named layout or listed one by one.
 
-    Thrusts f make the force Σ f z and the moment Σ (r × z - s c z) f about B's origin.
+    Thrusts f produce the force Σ f z and the moment Σ (r × z - s c z) f about B's origin.
     """
 
     layout: LayoutName | None = None
-    """the name of a layout, or leave it out and list the rotors"""
+    """the name of a layout; leave it out to list the rotors"""
 
     lever: Positive | None = None
-    """the distance of each rotor's axis from B's origin, of a layout [m]"""
+    """the distance of each rotor's axis from B's origin, in a layout [m]"""
 
     height: Finite = 0.0
     """the height of a layout's rotor plane above B's origin [m]"""
 
     tilt: Finite = 0.0
-    """the angle by which hex_tilted turns each rotor about its boom, with alternating sign [rad]"""
+    """the angle of each rotor about its boom in hex_tilted, with alternating sign [rad]"""
 
     thrust_limits: NotNegativePair
-    """the least and the greatest thrust of one rotor, as 2 numbers [N]"""
+    """the minimum and the maximum thrust of one rotor, as 2 numbers [N]"""
 
     torque_per_thrust: NotNegative
     """the drag torque of a rotor over its thrust [m]"""
 
     lag: NotNegative = 0.0
-    """the time in which a rotor's speed follows its command, of first order; 0 for at once [s]"""
+    """the time constant of a rotor's speed, a first-order lag; 0 for none [s]"""
 
     lag_down: NotNegative | None = None
     """the same of a rotor that slows down; as lag by default [s]"""
@@ -128,7 +128,7 @@ class Rotors(Part):
     RotorPy's k_h [N s²/m²]"""
 
     radius: Positive | None = None
-    """the radius of a rotor's disk, from which its power and its wash follow [m]"""
+    """the radius of a rotor's disk, from which power and downwash are computed [m]"""
 
     rotor: tuple[Rotor, ...] | None = None
     """the rotors, a list of tables ([[uav.rotors.rotor]])"""
@@ -154,7 +154,7 @@ class Rotors(Part):
             except InputError as error:
                 raise error.within(f"{index}.") from None
             if not isinstance(found[-1], Rotor):
-                raise ValueError(f"must hold tables of fields, and its entry {index} is none")
+                raise ValueError(f"must hold tables of fields (entry {index} is not one)")
         return tuple(found)
 
     @model_validator(mode="after")
@@ -172,10 +172,8 @@ class Rotors(Part):
             )
         if self.rank < 4:
             raise InputError(
-                f"torque_per_thrust is {self.torque_per_thrust:g} and the rotors are where they "
-                "are, so that lift and the moments of roll, pitch and yaw are not free of each "
-                "other; give 4 rotors or more that are not in one line, of both spins, and a "
-                "torque_per_thrust above 0."
+                f"torque_per_thrust is {self.torque_per_thrust:g}; with these rotors, lift, roll, "
+                "pitch and yaw are not independent; give 4 or more, not in line, of both spins."
             )
         return self
 
@@ -191,50 +189,54 @@ class Rotors(Part):
             value = getattr(self, name)
             if value != default:
                 raise InputError(
-                    f"{name} is {shown(value)}, but is of a layout, and the rotors are a list; "
-                    "leave it out."
+                    f"{name} is {shown(value)}, but belongs to a layout, and the rotors are a "
+                    "list; leave it out."
                 )
 
     @property
     def count(self) -> int:
-        """The number of rotors."""
+        """Return the number of rotors."""
         return self.allocation.shape[-1]
 
     @property
     def allocation(self) -> Array:
-        """Thrusts [N] to force [N] and moment about B's origin [N m], body axes, (6, rotors); of a
-        batch whose geometry varies (runs, 6, rotors)."""
+        """Return the allocation matrix (6, rotors), or (runs, 6, rotors) if the geometry varies.
+
+        It maps thrusts [N] to force [N] and moment about B's origin [N m], in body axes.
+        """
         return wrenches(*self._geometry(), self.torque_per_thrust)
 
     @property
     def hubs(self) -> Array:
-        """Positions of the rotors in body axes (rotors, 3), or (runs, rotors, 3) [m]."""
+        """Return the positions of the rotors in body axes (rotors, 3), or (runs, rotors, 3) [m]."""
         return self._geometry()[0]
 
     @property
     def longest_lever(self) -> Any:
-        """The largest distance of a hub from the origin [m]; an array in a batched vehicle."""
+        """Return the largest distance of a hub from the origin [m], an array in a batch."""
         return np.linalg.norm(self.hubs, axis=-1).max(axis=-1)
 
     @property
     def axes(self) -> Array:
-        """Directions of the thrusts in body axes (rotors, 3), or (runs, rotors, 3)."""
+        """Return the directions of the thrusts in body axes (rotors, 3), or (runs, rotors, 3)."""
         return self._geometry()[1]
 
     @property
     def inverse(self) -> Array:
-        """Wrenches to thrusts (rotors, 6), or (runs, rotors, 6): the pseudo-inverse of the
-        allocation, or where side forces are not to be had that of its rows for lift and moments,
-        which they would spoil else."""
+        """Return the matrix (rotors, 6), or (runs, rotors, 6), from wrenches to thrusts.
+
+        It is the pseudo-inverse of the allocation. If side forces are not available, it is that of
+        the rows for lift and moments, which commanded side forces would disturb otherwise.
+        """
         whole, upright, free = self._inverses
         return np.where(free[..., None, None], whole, upright)
 
     @property
     def _inverses(self) -> tuple[Array, Array, Array]:
-        """The two of `inverse`, and whether side forces are to be had, of all runs.
+        """Return both matrices of `inverse`, and whether side forces are available, per run.
 
-        Rotors that lean by little, or whose side forces rest on their drag torques alone, would
-        spend many times their lift on them, and as much on having none.
+        Rotors that lean by little, or whose side forces follow from drag torques alone, need many
+        times their lift for a side force, and as much to cancel one.
         """
         allocation = self.allocation
         whole, values = pseudo_inverse(allocation)
@@ -245,21 +247,26 @@ class Rotors(Part):
         return whole, upright, (_ranks(values) == values.shape[-1]) & cheap
 
     def thrusts_for(self, wrench: Array) -> Array:
-        """Thrusts (..., rotors) [N] that make a force [N] and a moment about B's origin [N m], body
-        axes (..., 6), whatever their limits. Summed in order: the same bits on every processor."""
+        """Return thrusts (..., rotors) [N] for a wrench (..., 6) about B's origin, without limits.
+
+        wrench: force [N] and moment [N m] in body axes. Terms are summed in order, which gives the
+        same bits on every processor.
+        """
         inverse = self.inverse
         return np.asarray(sum(inverse[..., j] * wrench[..., j, None] for j in range(6)))
 
     def sideways(self, thrusts: Array) -> Array:
-        """The force (...) across the body's z axis of thrusts (..., rotors) [N]; 0 if rounding."""
+        """Return the force (...) normal to the body's z axis [N]; 0 if it is rounding."""
         found = np.linalg.norm((self.allocation[..., :2, :] @ thrusts[..., None])[..., 0], axis=-1)
         felt = _UNFELT * np.maximum(thrusts.sum(axis=-1), _UNFELT * np.asarray(self.highest))
         return np.where(found > felt, found, 0.0)
 
     @property
     def rank(self) -> int:
-        """How many of lift, the moments and the side forces are to be had, each by itself, the
-        fewest of all runs; 0 where lift and the three moments are not."""
+        """Return how many of lift, moments and side forces are independent, the least of all runs.
+
+        It is 0 if lift and the three moments are not independent.
+        """
         whole, vertical = self.allocation, self.allocation[..., 2:, :]
         ranks = [int(_ranks(pseudo_inverse(each)[1]).min()) for each in (whole, vertical)]
         most = 6 if self._inverses[2].all() else 5
@@ -267,7 +274,7 @@ class Rotors(Part):
 
     @property
     def highest(self) -> Any:
-        """The greatest thrust of one rotor [N]; an array in a batched vehicle."""
+        """Return the maximum thrust of one rotor [N], an array in a batched vehicle."""
         return np.transpose(self.thrust_limits)[1]
 
     @property
@@ -298,9 +305,9 @@ class Rotors(Part):
         return np.asarray(np.asarray(self.highest)[..., None] * share)
 
     def power(self, thrust: Array) -> Array:
-        """Induced power [W] of thrusts [N], those of runs with a leading dimension for them.
+        """Return the induced power [W] of thrusts [N]; in a batch the first dimension is runs.
 
-        Momentum theory in hover: f^1.5 / √(2 ρ A). radius must be given.
+        Momentum theory in hover: f^1.5 / √(2 ρ A). The rotors must have a radius.
         """
         area = np.pi * np.square(np.asarray(self.radius, float))
         per_run = np.sqrt(2.0 * AIR_DENSITY * area).reshape(-1, *(1,) * (thrust.ndim - 1))
@@ -308,6 +315,7 @@ class Rotors(Part):
 
     def _geometry(self) -> tuple[Array, Array, Array]:
         if self.layout is not None:
+            assert self.lever is not None
             return layout_geometry(self.layout, self.lever, self.height, self.tilt)
         assert self.rotor is not None
         columns = [
@@ -321,12 +329,12 @@ class Rotors(Part):
 
 
 def _ranks(values: Array) -> Array:
-    """Ranks (...) of matrices by their singular values (..., rows)."""
+    """Return the ranks (...) of matrices from their singular values (..., rows)."""
     return np.asarray((values > RANK * values.max(axis=-1, keepdims=True)).sum(axis=-1))
 
 
 class Drag(Part):
-    """Drag of frame and rotors: -D v - |v| D₂ v, v the velocity through the air, body axes."""
+    """Drag of frame and rotors, -D v - |v| D₂ v, with v the airspeed vector in body axes."""
 
     linear: NotNegativeVector = (0.0, 0.0, 0.0)
     """the drag per velocity along the body axes, as 3 numbers [N s/m]"""

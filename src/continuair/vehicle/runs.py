@@ -1,4 +1,4 @@
-"""Immutable parameter models for many runs: fields that differ are arrays over the runs."""
+"""Batches of immutable parameter models: fields that vary are arrays over the runs."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ import numpy as np
 from pydantic import BaseModel
 
 from continuair import checks
+from continuair.typing import Array
 from continuair.vehicle import effect
 from continuair.vehicle.effect import Effect
 
 
 def count(value: object) -> int | None:
-    """Return the number of runs that a batched model holds, or None if it holds no array."""
+    """Return the number of runs of a batched model, or None if no field is an array."""
     if isinstance(value, np.ndarray):
         return len(value)
     return next((n for child in _children(value) if (n := count(child)) is not None), None)
@@ -33,7 +34,7 @@ def pick(value: Any, run: int) -> Any:
 
 
 def take(value: Any, runs: np.ndarray) -> Any:
-    """Return a batched model of some of its runs, by their indices; a plain one is as it was."""
+    """Return a batched model of some runs, by their indices; return a plain model unchanged."""
     if isinstance(value, np.ndarray):
         return checks.frozen(value[runs])
     if isinstance(value, BaseModel):
@@ -44,7 +45,7 @@ def take(value: Any, runs: np.ndarray) -> Any:
 
 
 def plain(value: Any) -> Any:
-    """Return a model, batched or not, as dicts, lists and numbers that JSON can hold."""
+    """Return a model, batched or not, as dicts, lists and numbers for JSON."""
     if isinstance(value, BaseModel):
         return {name: plain(child) for name, child in value}
     if isinstance(value, Effect):
@@ -73,7 +74,7 @@ def _tuples(value: Any) -> Any:
 
 
 def varying(value: Any, path: str = "") -> dict[str, np.ndarray]:
-    """Return the fields of one number that vary over the runs, by their dotted names."""
+    """Return the scalar fields that vary over the runs, by their dotted names."""
     if isinstance(value, np.ndarray):
         return {path: value} if value.ndim == 1 else {}
     found: dict[str, np.ndarray] = {}
@@ -87,8 +88,23 @@ def varying(value: Any, path: str = "") -> dict[str, np.ndarray]:
     return found
 
 
-def per_run(value: Any, runs: int, *shape: int) -> np.ndarray:
-    """A field (runs, *shape), whether it, or one of its elements, varies over the runs or not."""
+def per_run(value: object, runs: int, *shape: int) -> Array:
+    """Return a field with a leading dimension for the runs.
+
+    Parameters
+    ----------
+    value : float, ndarray or tuple
+        Field of a vehicle. The field, or any of its elements, may vary over the runs.
+    runs : int
+        Number of runs.
+    *shape : int
+        Shape of the field in one run; none for a number.
+
+    Returns
+    -------
+    ndarray, shape (runs, *shape)
+        The values. The array may be a read-only view.
+    """
     if isinstance(value, np.ndarray) and value.ndim > len(shape):
         return np.broadcast_to(value, (runs, *shape))
     return np.stack([np.broadcast_to(x, runs) for x in _leaves(value)], -1).reshape(runs, *shape)

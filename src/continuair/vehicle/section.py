@@ -1,4 +1,4 @@
-"""A section: a backbone of constant curvature, with its disks."""
+"""Section of an arm: a backbone of constant curvature with its disks."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from continuair.vehicle.disk import Disk, disks_of
 from continuair.vehicle.fields import ROUNDING, Name, NotNegative, Part, Positive
 
 DRAG_NODES, DRAG_WEIGHTS = np.polynomial.legendre.leggauss(3)
-"""Of Gauss's rule along a section, from -1 to 1, by which its drag is summed."""
+"""Gauss-Legendre nodes and weights on [-1, 1] by which the drag of a section is integrated."""
 
 EITHER = {"youngs_modulus": "bending_stiffness", "density": "mass_per_length"}
-"""A property of the rod's material -> the one of the whole section that may stand in its place."""
+"""Property of the rod's material -> property of the section that can replace it."""
 
 _OF_LIST = "belongs to an arm of a list; write [[arm]], with its sections as [[arm.section]]"
 
 
 class Section(Part):
-    """A section of constant curvature; at bend 0 it runs along -z of the axes at its base.
+    """Section of constant curvature; at bend 0 it points along -z of the axes at its base.
 
-    The material is that of a round, solid rod (radius, density, Young's modulus), or a bending
-    stiffness and a mass per length in its place. Derived properties broadcast: in a batched vehicle
-    they are arrays over the runs. They are made of products and square roots, which have the same
-    bits in an array and alone, and on every processor; powers have not.
+    The material is that of a round, solid rod (radius, density, Young's modulus). A bending
+    stiffness and a mass per length can replace it. In a batched vehicle derived properties are
+    arrays over the runs. They use products and square roots only, not powers, so that they have the
+    same bits alone and in a batch, and on every processor.
     """
 
     kind: ClassVar[str] = "arc"
@@ -41,7 +41,7 @@ class Section(Part):
     }
 
     name: Name = ""
-    """the section's name in an arm's list, its index there by default"""
+    """the section's name in an arm's list, by default its index"""
 
     length: Positive
     """the length of the backbone [m]"""
@@ -105,13 +105,13 @@ class Section(Part):
         self._check_frequency()
         if self.given_radius is not None and self.radius > self.length / 2:
             raise InputError(
-                f"radius is {self.radius}, with which a backbone of length {self.length} would be "
-                f"thicker than it is long; give a radius of at most {self.length / 2:g} [m]."
+                f"radius is {self.radius}, more than half of length {self.length}; "
+                f"give a radius of at most {self.length / 2:g} [m]."
             )
         return self
 
     def _check_material(self) -> None:
-        """Refuse both or none of a pair, and a material without the radius that it needs."""
+        """Raise InputError for both or none of two alternatives, or a material without radius."""
         for material, whole in EITHER.items():
             its, own = getattr(self, f"given_{material}"), getattr(self, f"given_{whole}")
             if its is not None and own is not None:
@@ -125,7 +125,7 @@ class Section(Part):
                 )
 
     def _check_frequency(self) -> None:
-        """Refuse a rod that has no mass or stiffness in floating-point numbers, or too much."""
+        """Raise InputError if mass or stiffness underflows or overflows in floating point."""
         try:
             usable = self.mass_per_length > 0 and 0 < self.clamped_frequency < math.inf
         except (OverflowError, ZeroDivisionError):
@@ -141,63 +141,63 @@ class Section(Part):
 
     @property
     def coordinates(self) -> int:
-        """The number of the section's coordinates."""
+        """Return the number of the section's coordinates."""
         return arc.COORDINATES
 
     @property
     def radius(self) -> float:
-        """The radius of the round, solid backbone [m]; InputError if there is none."""
+        """Return the radius of the round, solid backbone [m]; raise InputError if there is none."""
         if self.given_radius is None:
             raise InputError(
-                "radius is missing, but this needs it; give the radius of the round, solid "
+                "radius is missing, but is needed here; give the radius of the round, solid "
                 "backbone [m]."
             )
         return self.given_radius
 
     @property
     def density(self) -> float:
-        """The density of a round, solid backbone [kg/m³]; InputError without a radius."""
+        """Return the density of the backbone [kg/m³]; raise InputError without a radius."""
         if self.given_density is None:
             return self.mass_per_length / self.area
         return self.given_density
 
     @property
     def youngs_modulus(self) -> float:
-        """Young's modulus of a round, solid backbone [Pa]; InputError without a radius."""
+        """Return Young's modulus of the backbone [Pa]; raise InputError without a radius."""
         if self.given_youngs_modulus is None:
             return self.bending_stiffness / self.second_moment
         return self.given_youngs_modulus
 
     @property
     def area(self) -> float:
-        """The cross-section's area [m²]."""
+        """Return the area of the cross-section [m²]."""
         return math.pi * self.radius * self.radius
 
     @property
     def second_moment(self) -> float:
-        """The cross-section's second moment of area about a diameter, I [m⁴]."""
+        """Return the second moment of area of the cross-section about a diameter, I [m⁴]."""
         square = self.radius * self.radius
         return math.pi / 4 * square * square
 
     @property
     def bending_stiffness(self) -> float:
-        """The bending stiffness E I [N m²]."""
+        """Return the bending stiffness E I [N m²]."""
         if self.given_bending_stiffness is None:
             return self.youngs_modulus * self.second_moment
         return self.given_bending_stiffness
 
     @property
     def mass_per_length(self) -> float:
-        """The backbone's mass per unit length, rho A [kg/m]."""
+        """Return the backbone's mass per unit length, rho A [kg/m]."""
         if self.given_mass_per_length is None:
             return self.density * self.area
         return self.given_mass_per_length
 
     @property
     def transverse_inertia_per_length(self) -> float:
-        """The cross-sections' moment of inertia about a diameter per unit length, rho I [kg m].
+        """Return the rotary inertia about a diameter per unit length, rho I [kg m].
 
-        It is 0 without a radius, and m' r²/4 where the mass per length m' is given beside one.
+        It is 0 without a radius, and m' r²/4 if a mass per length m' and a radius are given.
         """
         if self.given_mass_per_length is None:
             return self.density * self.second_moment
@@ -206,22 +206,22 @@ class Section(Part):
 
     @property
     def axial_inertia_per_length(self) -> float:
-        """The cross-sections' moment of inertia about the tangent per unit length [kg m]."""
+        """Return the rotary inertia about the tangent per unit length [kg m]."""
         return 2 * self.transverse_inertia_per_length
 
     @property
     def backbone_mass(self) -> float:
-        """The mass of the backbone without disks [kg]."""
+        """Return the mass of the backbone without disks [kg]."""
         return self.mass_per_length * self.length
 
     @property
     def mass(self) -> float:
-        """The mass of backbone and disks [kg]."""
+        """Return the mass of backbone and disks [kg]."""
         return self.backbone_mass + sum(disk.mass for disk in self.disks)
 
     @property
     def straight_modal_mass(self) -> float:
-        """The generalised mass of one bend coordinate at bend 0, the base clamped [kg m⁴].
+        """Return the generalised mass of one bend coordinate at bend 0 with clamped base [kg m⁴].
 
         rho A l⁵/20 + rho I l³/3, plus m s⁴/4 + j_t s² of each disk.
         """
@@ -234,7 +234,7 @@ class Section(Part):
 
     @property
     def clamped_frequency(self) -> float:
-        """The natural frequency of the section alone at bend 0, clamped, gravity off [rad/s].
+        """Return the natural frequency of the clamped section at bend 0, without gravity [rad/s].
 
         Constant curvature is stiffer than a true cantilever, whose first mode is 21 % lower.
         """
@@ -244,7 +244,7 @@ class Section(Part):
 
     @property
     def structural_damping(self) -> float:
-        """The structural damping per unit length, from damping or damping_ratio, or 0 [N m² s]."""
+        """Return the structural damping per unit length [N m² s], 0 if none is given."""
         if self.damping_ratio is None:
             return 0.0 if self.damping is None else self.damping
         stiffness = self.bending_stiffness * self.length
@@ -253,5 +253,5 @@ class Section(Part):
 
 
 def _root(value: Any) -> Any:
-    """The square root of a number, as a number, or of an array."""
+    """Return the square root, a float for a float."""
     return np.sqrt(value) if isinstance(value, np.ndarray) else math.sqrt(value)

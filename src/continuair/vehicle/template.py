@@ -1,4 +1,4 @@
-"""The file of a new vehicle: TOML in which every field stands with its unit and what it means."""
+"""Template of a vehicle file: TOML with the unit and meaning of every field."""
 
 from __future__ import annotations
 
@@ -27,11 +27,32 @@ _COMMENT_COLUMN = 34
 
 @dataclass(frozen=True)
 class Outline:
-    """What is known of a vehicle at first: the rest of its file is an estimate from this.
+    """Main parameters of a new vehicle, from which the other fields of its file are estimated.
 
-    mass: of the UAV [kg]; layout, lever: of the rotors [m]; length: of the arm with all its equal
-    sections [m]; load: on its tip [kg]; radius: of the backbone [m], by default one with which arms
-    of all lengths sag alike under the same load. Raises InputError for what no vehicle can have.
+    Parameters
+    ----------
+    name : str
+        Name of the vehicle.
+    mass : float, default 1.8
+        Mass of the UAV without arm [kg].
+    layout : str, default "quad_x"
+        Name of a rotor layout.
+    lever : float, default 0.2
+        Distance of each rotor from the UAV's z axis [m].
+    length : float, default 0.5
+        Length of the arm [m], divided into equal sections.
+    sections : int, default 1
+        Number of sections.
+    load : float, default 0.08
+        Mass on the tip [kg].
+    radius : float, optional
+        Radius of the backbone [m]. By default the relative sag under a given load is the same for
+        arms of all lengths.
+
+    Raises
+    ------
+    InputError
+        If no valid vehicle has these parameters.
     """
 
     name: str
@@ -54,13 +75,13 @@ class Outline:
 
     @property
     def backbone_radius(self) -> float:
-        """The radius that is given, or follows from the length [m]."""
+        """Return the given radius, or the one estimated from the length [m]."""
         # A cantilever's sag over its length goes with the load and l² / r⁴.
         return _rounded(2e-3 * math.sqrt(self.length)) if self.radius is None else self.radius
 
 
 def as_template(outline: Outline) -> str:
-    """Return the TOML file of a vehicle, every field with its unit and meaning."""
+    """Return the TOML text of a vehicle, with the unit and meaning of every field."""
     if outline.sections == 1:
         arm = [_ARM + _SECTION, _TIP_DISK]
     else:
@@ -71,13 +92,13 @@ def as_template(outline: Outline) -> str:
 
 
 def renamed(text: str, name: str) -> str:
-    """Return the TOML text of a vehicle with another name, its comments kept."""
+    """Return the TOML text of a vehicle with another name; comments are kept."""
     line = f"name = {json.dumps(name, ensure_ascii=False)}"
     return re.sub(r"^name = .*$", lambda _: line, text, count=1, flags=re.MULTILINE)
 
 
 def _values(outline: Outline) -> dict[str, float | str]:
-    """What the parts of the file are filled with."""
+    """Return the values that fill the template."""
     mass, lever, radius = outline.mass, outline.lever, outline.backbone_radius
     per_length, second_moment = _DENSITY * math.pi * radius**2, math.pi / 4 * radius**4
     weight = 9.81 * (mass + per_length * outline.length + outline.load)
@@ -109,7 +130,7 @@ def _rounded(value: float) -> float:
 
 
 def _aligned(line: str) -> str:
-    """A line with its comment in the column of all comments."""
+    """Return a line with its comment in the common column."""
     field, mark, comment = line.rpartition("  # ")
     return f"{field:<{_COMMENT_COLUMN - 2}}  # {comment}" if mark else line
 

@@ -1,4 +1,4 @@
-"""The multirotor that carries the arm."""
+"""The multirotor that carries the arms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from continuair.vehicle.rotors import Drag, Rotors
 
 
 class Uav(Part):
-    """The multirotor, a rigid body."""
+    """Multirotor without its arms, a rigid body."""
 
     mass: Positive
     """the mass of the UAV without its arms [kg]"""
@@ -39,7 +39,7 @@ class Uav(Part):
         moments = principal_moments(matrix)
         if not moments[0] > 0:
             raise ValueError(
-                f"must be positive definite, and its eigenvalue {moments[0]:.6g} kg m² is not"
+                f"must be positive definite (it has eigenvalue {moments[0]:.6g} kg m²)"
             )
         check_moments("uav.inertia", *moments)
         return matrix

@@ -1,8 +1,8 @@
-"""The vehicle: a multirotor UAV, the continuum arms that hang from it, and a camera at a tip.
+"""The vehicle: a multirotor UAV with continuum arms, and a camera at the tip of one.
 
-SI units and radians. Body axes: x forward, y left, z up, at the UAV's centre of mass.
-All classes are immutable and hold plain numbers and tuples; in a *batched* vehicle, made by
-`Vehicle.replace`, the fields that vary hold NumPy arrays with a leading dimension (runs).
+SI units and radians. Body axes: x forward, y left, z up, at the UAV's centre of mass. All classes
+are immutable and hold plain numbers and tuples. In a *batched* vehicle, made by `Vehicle.replace`,
+fields that vary are NumPy arrays with a leading dimension (runs).
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, SkipValidation, field_validator, model_validator
 
 from continuair import checks
 from continuair.errors import CannotHover, InputError, nearest, shown
 from continuair.files import Presets
+from continuair.typing import Array
 from continuair.vehicle import replacing
 from continuair.vehicle import runs as batch
 from continuair.vehicle.arms import ArmChain, members
@@ -30,7 +31,7 @@ from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 
 PAPER_VEHICLE = "paper"
-"""The preset beside which the numbers that the paper prints are shown, and no other vehicle."""
+"""Name of the preset whose results are compared with the numbers printed in the paper."""
 
 _GRAVITY = 9.81
 
@@ -38,7 +39,11 @@ _PRESETS = Presets("vehicle", Path(__file__).parents[1] / "presets")
 
 
 class Vehicle(Part):
-    """An aerial continuum manipulator: UAV, arms and camera; for one run or batched over runs."""
+    """Aerial continuum manipulator: UAV, arms and camera.
+
+    A vehicle describes one run, or, if made by `replace` with arrays, a batch of runs. It is
+    immutable. `load_vehicle` reads one from a preset or a file.
+    """
 
     name: Title
     """the name of the vehicle, for titles and provenance"""
@@ -48,13 +53,13 @@ class Vehicle(Part):
 
     arm_tables: Section | tuple[ArmChain, ...] = Field(default=(), alias="arm")
     """the arm's parameters, a table ([arm]), or those of several arms or sections ([[arm]]);
-    without it the vehicle is a multirotor alone"""
+    without it the vehicle is a multirotor without arm"""
 
     camera: Camera = Camera()
     """the camera's parameters, a table ([camera])"""
 
-    terms: Any = ()
-    """forces of your own, a tuple of instances of subclasses of continuair.Term"""
+    terms: SkipValidation[tuple[Effect, ...]] = ()
+    """user-defined forces, a tuple of instances of subclasses of continuair.Term"""
 
     @field_validator("uav", "arm_tables", "camera", "terms", mode="before")
     @classmethod
@@ -91,8 +96,8 @@ class Vehicle(Part):
         valid = ["", *names, *(str(index) for index in range(len(names)))]
         if not self.arms and self.camera.arm:
             raise InputError(
-                f"camera.arm is {self.camera.arm!r}, but the vehicle has no arm; leave it out, and "
-                "the camera is at uav.mount."
+                f"camera.arm is {self.camera.arm!r}, but the vehicle has no arm; leave it out to "
+                "put the camera at uav.mount."
             )
         if self.camera.arm not in valid:
             raise InputError(
@@ -104,8 +109,8 @@ class Vehicle(Part):
     def _check_mount(self) -> None:
         if self.arms and self.has_arm_list and np.any(self.uav.mount):
             raise InputError(
-                f"uav.mount is {shown(self.uav.mount)}, but the arms of a list have mounts of "
-                "their own; give the mount in each [[arm]] instead."
+                f"uav.mount is {shown(self.uav.mount)}, but each arm of a list has its own mount; "
+                "give the mount in each [[arm]] instead."
             )
 
     def _check_lift(self) -> None:
@@ -121,19 +126,19 @@ class Vehicle(Part):
             run = int(np.argmax(heavy))
             of = f"run {run}: " if len(heavy) > 1 else ""
             raise CannotHover(
-                f"{of}uav.rotors.thrust_limits is {shown(rotors.thrust_limits)}, with which "
-                f"{rotors.count} rotors lift {lift[run]:.4g} N, but the vehicle weighs "
-                f"{weight[run]:.4g} N; give rotors that lift more than it weighs."
+                f"{of}uav.rotors.thrust_limits is {shown(rotors.thrust_limits)}: {rotors.count} "
+                f"rotors lift {lift[run]:.4g} N, but the vehicle weighs {weight[run]:.4g} N; "
+                "increase the thrust."
             )
 
     @property
     def has_arm_list(self) -> bool:
-        """Whether the arms are a list ([[arm]]), not one table ([arm])."""
+        """Return whether the arms are a list ([[arm]]), not one table ([arm])."""
         return isinstance(self.arm_tables, tuple)
 
     @property
     def arm(self) -> Section:
-        """The single arm of an [arm] table; InputError where the arms are a list ([[arm]])."""
+        """Return the section of an [arm] table; raise InputError if the arms are a list."""
         check_has_arms(self)
         if isinstance(self.arm_tables, tuple):
             raise InputError(
@@ -144,7 +149,7 @@ class Vehicle(Part):
 
     @property
     def arms(self) -> tuple[ArmChain, ...]:
-        """The arms; that of an [arm] table is "arm", at uav.mount, and its section is "0"."""
+        """Return the arms; that of an [arm] table is named "arm", and its section "0"."""
         if isinstance(self.arm_tables, tuple):
             return self.arm_tables
         section = self.arm_tables.having(name="0")
@@ -152,64 +157,88 @@ class Vehicle(Part):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The number of sections of each arm."""
+        """Return the number of sections of each arm."""
         return tuple(len(arm.section) for arm in self.arms)
 
     @property
     def sections(self) -> int:
-        """The number of sections of all arms."""
+        """Return the number of sections of all arms."""
         return sum(self.shape)
 
     @property
     def layout(self) -> Layout:
-        """The columns of the vehicle's coordinates, of states without rotors, and of inputs."""
+        """Return the columns of coordinates, of states without rotor speeds, and of inputs."""
         return Layout(tuple(tuple(part.coordinates for part in arm.section) for arm in self.arms))
 
     @property
     def camera_arm(self) -> int:
-        """The index of the arm at whose tip the camera is; 0 without arms, too."""
+        """Return the index of the arm that carries the camera, 0 for a vehicle without arms."""
         names = [arm.name for arm in self.arms]
         given = self.camera.arm or "0"
         return names.index(given) if given in names else int(given)
 
     @property
     def mass(self) -> float:
-        """The mass of UAV and arms [kg]."""
+        """Return the mass of UAV and arms [kg], an array (runs,) in a batched vehicle."""
         return self.uav.mass + sum(arm.mass for arm in self.arms)
 
     @property
-    def kappa_s(self) -> np.ndarray:
-        """κ_s of all sections (runs or 1, sections) [1/m]; Remark 1, Amiri et al."""
+    def kappa_s(self) -> Array:
+        """Return κ_s of all sections (runs or 1, sections) [1/m]; Remark 1, Amiri et al. (2026)."""
         if not self.arms:
             return np.zeros((self.runs or 1, 0))
         each = np.broadcast_arrays(*(part.kappa_s for arm in self.arms for part in arm.section))
         return np.atleast_2d(np.stack(each, axis=-1))
 
     @property
-    def reach(self) -> Any:
-        """The length of the longest arm [m], without arms that of the longest lever of a rotor, or
-        1 m; an array in a batched vehicle."""
+    def reach(self) -> float | Array:
+        """Return the length of the longest arm [m], an array (runs,) in a batched vehicle.
+
+        Without arms it is the largest distance of a rotor from the origin, or else 1 m.
+        """
         if not self.arms:
-            return 1.0 if self.uav.rotors is None else self.uav.rotors.longest_lever
+            longest: float = 1.0 if self.uav.rotors is None else self.uav.rotors.longest_lever
+            return longest
         lengths = [sum(part.length for part in arm.section) for arm in self.arms]
-        return np.max(np.stack(np.broadcast_arrays(*lengths)), axis=0)
+        found: float | Array = np.max(np.stack(np.broadcast_arrays(*lengths)), axis=0)
+        return found
 
     @property
     def runs(self) -> int | None:
-        """The number of runs of a batched vehicle; None for a plain one."""
+        """Return the number of runs of a batched vehicle, None for a plain one."""
         return batch.count(self)
 
-    def replace(self, changes: Mapping[str, Any]) -> Vehicle:
-        """Return a copy with dotted fields changed, as in `{"arm.radius": 0.01, "uav.mass": 3}`.
+    def replace(self, changes: Mapping[str, object]) -> Vehicle:
+        """Return a copy with some fields changed.
 
-        Parameters in a list go by index or name: "arm.disks.0.mass", "arm.left.section.1.length". A
-        value with one more leading dimension than its field is an array over runs and makes the
-        copy batched; all such arrays must be of one length. (An inertia of shape (3, 3) is one
-        matrix; give three runs of diagonals as (3, 3, 3).) Disks keep their share of a section
-        whose length changes, unless their positions are given too, and a bending stiffness replaces
-        Young's modulus, a mass per length the density, or a damping the damping ratio, and
-        conversely. Raises InputError, naming the run, if any run is not valid.
+        Parameters
+        ----------
+        changes : mapping of str to object
+            Dotted names of fields, and their values, as in ``{"arm.radius": 0.01, "uav.mass": 3}``.
+            Entries of lists go by index or name: ``"arm.disks.0.mass"``,
+            ``"arm.left.section.1.length"``. A value with one more leading dimension than its field
+            is an array over runs, and makes the copy a batch.
 
+        Returns
+        -------
+        Vehicle
+            The changed copy, batched if a value is an array over runs.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, arrays over runs differ in length, or a run is not valid. The
+            message names the run.
+
+        Notes
+        -----
+        Disks keep their relative position in a section whose length changes, unless their positions
+        are given too. A bending stiffness replaces Young's modulus, a mass per length the density,
+        and a damping the damping ratio, and conversely. An inertia of shape (3, 3) is one matrix;
+        give three runs of diagonals as (3, 3, 3).
+
+        Examples
+        --------
         >>> vehicle = ca.load_vehicle("paper")
         >>> vehicle.replace({"uav.mass": 3.0}).uav.mass
         3.0
@@ -225,18 +254,34 @@ class Vehicle(Part):
         found._check_lift()
         return found
 
-    def _check_kinds(self, changes: Mapping[str, Any]) -> None:
-        """Raise InputError for a change of an arm that would be made anew of arcs alone."""
+    def _check_kinds(self, changes: Mapping[str, object]) -> None:
+        """Raise InputError for a change of an arm with sections other than arcs."""
         sections = [section for arm in self.arms for section in arm.section]
         other = [type(each).__name__ for each in sections if type(each) is not Section]
         if other and any(str(path).partition(".")[0] == "arm" for path in changes):
             raise InputError(
-                f"arm holds a section of the kind {other[0]}, which replace does not keep; make "
-                "the vehicle anew with continuair.Vehicle(...)."
+                f"arm has a section of the kind {other[0]}, which replace does not support; build "
+                "a new vehicle with continuair.Vehicle(...)."
             )
 
     def select(self, run: int) -> Vehicle:
-        """Return the plain vehicle of one run; a plain vehicle is the same in every run."""
+        """Return the vehicle of one run.
+
+        Parameters
+        ----------
+        run : int
+            Index of the run, from 0. A plain vehicle is the same in every run.
+
+        Returns
+        -------
+        Vehicle
+            The plain vehicle.
+
+        Raises
+        ------
+        InputError
+            If the batch has no such run.
+        """
         if self.runs is None:
             return self
         if not checks.is_whole(run) or not 0 <= run < self.runs:
@@ -245,36 +290,74 @@ class Vehicle(Part):
         selected: Vehicle = batch.pick(self, int(run))
         return selected
 
-    def describe(self) -> dict[str, Any]:
-        """Return all parameters as nested dicts and lists that JSON can hold, for provenance."""
-        description: dict[str, Any] = batch.plain(self)
+    def describe(self) -> dict[str, object]:
+        """Return all parameters as nested dicts and lists.
+
+        Returns
+        -------
+        dict of str to object
+            The fields by name, as values for JSON; arrays over runs are lists. ``terms`` is left
+            out if there are none.
+        """
+        description: dict[str, object] = batch.plain(self)
         if not self.terms:
             del description["terms"]
         return description
 
 
 def preset_names() -> tuple[str, ...]:
-    """Return the names of the vehicles that come with the package."""
+    """Return the names of the preset vehicles.
+
+    Returns
+    -------
+    tuple of str
+        Names that `load_vehicle` accepts, in alphabetical order.
+    """
     return _PRESETS.names()
 
 
 def preset_text(name: str) -> str:
-    """Return the file of a vehicle that comes with the package, by one of `preset_names`."""
+    """Return the text of a preset's file, by one of `preset_names`."""
     return (_PRESETS.folder / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def is_paper(vehicle: Vehicle) -> bool:
-    """Whether a vehicle is the preset `paper`, beside which the paper's numbers stand: one of that
-    name that was changed is another."""
+    """Return whether a vehicle equals the preset `paper`.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Any vehicle.
+
+    Returns
+    -------
+    bool
+        True for the unchanged preset, with whose results the paper's numbers are compared.
+    """
     named = vehicle.name == PAPER_VEHICLE
     return named and vehicle.describe() == load_vehicle(PAPER_VEHICLE).describe()
 
 
 def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
-    """Return a preset by name, or the vehicle that a TOML file describes.
+    """Return a preset by name, or the vehicle of a TOML file.
 
-    Raises InputError if there is no such preset or file, or the file is no valid vehicle.
+    Parameters
+    ----------
+    name_or_path : str or path-like
+        One of `preset_names`, or the path of a file.
 
+    Returns
+    -------
+    Vehicle
+        The vehicle of one run.
+
+    Raises
+    ------
+    InputError
+        If there is no such preset or file, or the file does not describe a valid vehicle.
+
+    Examples
+    --------
     >>> f"{ca.load_vehicle('paper').mass:.3f} kg"
     '2.617 kg'
     """
@@ -285,11 +368,23 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
         raise error.within(f"{file}: ") from None
 
 
-def vehicle_of_run(description: Mapping[str, Any], run: int | None) -> Vehicle:
-    """Return the vehicle that `Vehicle.describe` described, of a batch that of a run.
+def vehicle_of_run(description: Mapping[str, object], run: int | None) -> Vehicle:
+    """Return the vehicle of a description by `Vehicle.describe`; of a batch, that of one run.
 
-    Its terms are left out: they are code, which no description holds, and do not change its shape.
-    Raises what follows, ValueErrors and others, from a description that is none.
+    Terms are left out: they are code, which a description does not contain, and they do not change
+    the shape of the vehicle. Other input raises ValueError or any other exception.
+
+    Parameters
+    ----------
+    description : mapping
+        Of `Vehicle.describe`.
+    run : int or None
+        Index of the run of a batch; None for one vehicle.
+
+    Returns
+    -------
+    Vehicle
+        The vehicle.
     """
     description = {name: value for name, value in description.items() if name != "terms"}
     if run is not None:
@@ -297,41 +392,75 @@ def vehicle_of_run(description: Mapping[str, Any], run: int | None) -> Vehicle:
     return Vehicle(**description)
 
 
-def check_vehicle(value: Any) -> Vehicle:
-    """Return a vehicle, plain or batched; raises InputError for anything else."""
+def check_vehicle(value: object) -> Vehicle:
+    """Return a vehicle, plain or batched, or raise InputError for anything else."""
     if not isinstance(value, Vehicle):
         raise InputError(f"vehicle is {shown(value)}; load one with continuair.load_vehicle.")
     return value
 
 
 def check_has_arms(vehicle: Vehicle) -> None:
-    """Raise InputError for a vehicle without an arm."""
+    """Raise InputError for a vehicle without arms.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Vehicle, plain or batched.
+    """
     if not vehicle.arms:
         raise InputError(
             f"vehicle {shown(vehicle.name)} has no arm, but this needs one; give it a table [arm]."
         )
 
 
-def check_one_section(value: Any) -> Vehicle:
-    """Return a vehicle of one run with one arm of one section, that of an [arm] table, as studies
-    of the paper need; raises InputError for anything else."""
+def check_one_section(value: object) -> Vehicle:
+    """Return a vehicle of one run whose single arm is the section of an [arm] table.
+
+    Parameters
+    ----------
+    value : object
+        Argument to check.
+
+    Returns
+    -------
+    Vehicle
+        The same vehicle, as studies of the paper require it.
+
+    Raises
+    ------
+    InputError
+        If the value is anything else.
+    """
     vehicle = check_single_vehicle(value)
     _ = vehicle.arm
     return vehicle
 
 
 def as_rod(vehicle: Vehicle) -> Vehicle:
-    """The same vehicle of one section by its radius, density and Young's modulus, so that all that
-    hangs on one of them changes with it, as sentences of the paper mean it.
+    """Return the same vehicle, its section given by radius, density and Young's modulus.
 
-    Raises InputError without a radius.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Vehicle with the single section of an [arm] table.
+
+    Returns
+    -------
+    Vehicle
+        The vehicle without bending stiffness and mass per length, so that both change with the
+        radius and the material, as in the paper.
+
+    Raises
+    ------
+    InputError
+        If the section has no radius.
     """
     arm = vehicle.arm
     changes: dict[str, Any] = {}
     if arm.given_radius is None:
         raise InputError(
-            "arm.radius is missing, but sentences of the paper are about it; give the radius of a "
-            "round, solid backbone [m] besides."
+            "arm.radius is missing, but the paper's sentences need it; give the radius of a "
+            "round, solid backbone [m]."
         )
     if arm.given_density is None:
         changes["arm.density"] = arm.density
@@ -340,11 +469,28 @@ def as_rod(vehicle: Vehicle) -> Vehicle:
     return vehicle.replace(changes)
 
 
-def check_single_vehicle(value: Any) -> Vehicle:
-    """Return a vehicle that must be of one run; raises InputError for anything else."""
-    if check_vehicle(value).runs is not None:
+def check_single_vehicle(value: object) -> Vehicle:
+    """Return a vehicle that must be of one run.
+
+    Parameters
+    ----------
+    value : object
+        Argument to check.
+
+    Returns
+    -------
+    Vehicle
+        The same vehicle.
+
+    Raises
+    ------
+    InputError
+        If the value is a batch, or not a vehicle.
+    """
+    vehicle = check_vehicle(value)
+    if vehicle.runs is not None:
         raise InputError(
-            f"vehicle {shown(value.name)} holds {value.runs} runs, but must be of one run; choose "
-            "one with vehicle.select(run)."
+            f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run; "
+            "choose one with vehicle.select(run)."
         )
-    return value
+    return vehicle

@@ -1,4 +1,4 @@
-"""Writing a vehicle as the TOML file that `continuair.load_vehicle` reads."""
+"""Write a vehicle as a TOML file for `continuair.load_vehicle`."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ _MARK = "A vehicle written by continuair; without this line it is not replaced."
 
 
 def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
-    """A plain vehicle as TOML, all its fields, under comment lines.
+    """Return the TOML text of a plain vehicle with all its fields, below comment lines.
 
-    Raises InputError for one with terms of a user's own.
+    Raises InputError for a vehicle with user-defined terms.
     """
     if vehicle.terms:
         raise InputError(
-            f"vehicle {shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, which "
-            "is code that no file holds; leave it out with vehicle.replace({'terms': ()})."
+            f"vehicle {shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, code "
+            "that a file cannot hold; leave it out with vehicle.replace({'terms': ()})."
         )
-    fields = vehicle.describe()
+    fields: dict[str, Any] = vehicle.describe()
     uav, arms = fields["uav"], fields["arm"]
     if vehicle.arms and vehicle.has_arm_list:
         del uav["mount"]
@@ -50,8 +50,7 @@ def _uav(fields: dict[str, Any]) -> list[str]:
 
 
 def _arm(fields: dict[str, Any]) -> list[str]:
-    """An arm of a list, in the order that TOML needs: its sections and tip are those of the last
-    [[arm]]."""
+    """Return the lines of an arm of a list, followed by its sections and tip, as TOML requires."""
     sections, tip = fields.pop("section"), fields.pop("tip")
     lines = _table("[[arm]]", fields)
     for section in sections:
@@ -68,7 +67,7 @@ def _section(heading: str, path: str, fields: dict[str, Any]) -> list[str]:
 
 
 def _short_inertia(fields: dict[str, Any]) -> dict[str, Any]:
-    """The fields of a body, its inertia as the diagonal where it has no other elements."""
+    """Return the fields of a body, a diagonal inertia as 3 numbers."""
     inertia = fields["inertia"]
     if inertia[0][1] or inertia[0][2] or inertia[1][2]:
         return fields
@@ -76,24 +75,21 @@ def _short_inertia(fields: dict[str, Any]) -> dict[str, Any]:
 
 
 def check_file(path: str | os.PathLike[str], force: bool = False) -> None:
-    """Raise InputError, before any work, if `write_vehicle` could not write a file there."""
+    """Raise InputError if `write_vehicle` cannot write a file to a path."""
     found = user_path("out", path)
     if not os.path.lexists(found):
         new_file("out", path)
         return
     if found.is_symlink() or not found.is_file():
-        raise InputError(
-            f"out is {printed(path)}, which is no file but a link, folder or device; name a file."
-        )
+        raise InputError(f"out is {printed(path)}, a link, folder or device; name a file.")
     if not force:
         raise InputError(
-            f"out is {printed(path)}, which is there already; name a new file, or replace a "
-            "vehicle that continuair wrote with --force."
+            f"out is {printed(path)}, which exists already; name a new file, or replace a vehicle "
+            "that continuair wrote with --force."
         )
     if not _is_ours(found):
         raise InputError(
-            f"out is {printed(path)}, a file that continuair has not written; name another, or "
-            "remove it."
+            f"out is {printed(path)}, which continuair has not written; name another, or remove it."
         )
 
 
@@ -104,9 +100,9 @@ def write_vehicle(
     *,
     force: bool = False,
 ) -> None:
-    """Write a plain vehicle to a new TOML file, or with `force` over one that this has written.
+    """Write a plain vehicle to a new TOML file, or with `force` over one written by continuair.
 
-    Raises InputError if it cannot be written.
+    Raises InputError if the file cannot be written.
     """
     check_file(path, force)
     found, text = user_path("out", path), as_toml(vehicle, [_MARK, *comment])

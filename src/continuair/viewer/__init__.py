@@ -1,1 +1,1 @@
-"""A flight to look at: geometry over time, in a browser, as a page or as a video."""
+"""Flights in a browser, as a page or as a video: geometry over time."""

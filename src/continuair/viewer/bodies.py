@@ -120,7 +120,7 @@ def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> B
 
 
 def _alone(vehicle: Vehicle, position: Array, attitude: Array) -> Bodies:
-    """A vehicle without arms, whose tip, with a camera, is where its arm would begin."""
+    """Return a vehicle without arms, whose tip, with a camera, is where its arm would begin."""
     none, points = np.zeros(0), np.zeros((len(position), 0, 3))
     turns, angles = np.zeros((len(position), 0, 4)), np.zeros((len(position), 0))
     tip = placed(position, attitude, np.asarray(vehicle.uav.mount)[None])

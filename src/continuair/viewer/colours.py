@@ -1,4 +1,4 @@
-"""Colours of what is drawn, and as numbers."""
+"""Colours of the drawing, also as numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ GROUPS = {
 """Colours of forces."""
 
 HIDDEN = ("base reaction",)
-"""Of what is drawn in the browser when it is asked for alone."""
+"""Colours of parts that the browser shows on request only."""
 
 MEANINGS = {
     "push": "Inputs of the scenario on the UAV.",

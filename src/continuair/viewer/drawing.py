@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from continuair.analysis.backbone import placed
 from continuair.figures import style
 from continuair.viewer.bodies import Bodies, rotors_of
+from continuair.viewer.camera import CameraView
 from continuair.viewer.colours import (
     COLOURS,
     DARK,
@@ -23,7 +24,6 @@ from continuair.viewer.colours import (
     scale_of_bends,
 )
 from continuair.viewer.scene import Scene
-from continuair.viewer.sight import Eye
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Picture:
         }
         self._key(figure)
         self._bar(figure)
-        self._inset = None if scene.eye is None else Inset(figure, scene.eye)
+        self._inset = None if scene.camera_view is None else Inset(figure, scene.camera_view)
         self._frame_of_uav = _outline(scene)
         self._low, self._high = self._limits()
 
@@ -74,7 +74,7 @@ class Picture:
             self._inset.show(frame)
 
     def _key(self, figure: Figure) -> None:
-        """Colours and lengths at the right, how flights ended at the left."""
+        """Draw colours and lengths at the right, and how flights ended at the left."""
         scene = self._scene
         said = [(f"{scene.model} model".strip(), DARK)]
         if scene.ghost is not None:
@@ -88,7 +88,7 @@ class Picture:
             figure.text(0.03, 0.91 - 0.035 * index, note, size=7, color="#B00020")
 
     def _bar(self, figure: Figure) -> None:
-        """The scale of colours of bends, where there are arms."""
+        """Draw the scale of colours of bends, if there are arms."""
         if not self._scene.vehicle.arms:
             return
         bar = figure.add_axes((0.06, 0.06, 0.22, 0.015))
@@ -172,25 +172,25 @@ class Picture:
 class Inset:
     """The camera's image in a corner: tracks, where points belong, and where they are."""
 
-    def __init__(self, figure: Figure, eye: Eye) -> None:
-        self._eye = eye
-        width, height = eye.camera.image_size
+    def __init__(self, figure: Figure, view: CameraView) -> None:
+        self._camera_view = view
+        width, height = view.camera.image_size
         axes = figure.add_axes((0.03, 0.62, 0.24, 0.27))
         axes.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[], aspect="equal")
-        colours = [COLOURS[index % len(COLOURS)] for index in range(eye.image.shape[1])]
+        colours = [COLOURS[index % len(COLOURS)] for index in range(view.image.shape[1])]
         for index, colour in enumerate(colours):
-            axes.plot(*eye.image[:, index].T, color=colour, alpha=0.45, lw=0.8)
-        axes.plot(*eye.desired.T, "+", color="#333333", ms=6)
-        u, v = eye.image[0].T
+            axes.plot(*view.image[:, index].T, color=colour, alpha=0.45, lw=0.8)
+        axes.plot(*view.desired.T, "+", color="#333333", ms=6)
+        u, v = view.image[0].T
         self._points = axes.scatter(u, v, c=colours, s=14)
 
     def show(self, frame: int) -> None:
         """Show the image of a frame."""
-        self._points.set_offsets(self._eye.image[frame])
+        self._points.set_offsets(self._camera_view.image[frame])
 
 
 def _heads(arrows: Array, longest: float) -> Array:
-    """The four lines of the head of each arrow (n, 2, 3), no longer than so many metres."""
+    """Return the four lines of the head of each arrow (n, 2, 3), no longer than so many metres."""
     back = arrows[:, 0] - arrows[:, 1]
     length = np.linalg.norm(back, axis=-1, keepdims=True)
     back = back / length
@@ -206,7 +206,7 @@ def _pieces(points: Array) -> Array:
 
 
 def _outline(scene: Scene) -> list[Array]:
-    """Lines of a UAV in body axes: its hull, then booms, rods to mounts and rotor rims."""
+    """Return lines of a UAV in body axes: its hull, then booms, rods to mounts and rotor rims."""
     rotors = rotors_of(scene.vehicle)
     hull = 0.22 * rotors.lever * np.column_stack([np.cos(_ROUND), np.sin(_ROUND), 0.0 * _ROUND])
     ends = [*rotors.hubs, *(np.asarray(arm.mount, float) for arm in scene.vehicle.arms)]

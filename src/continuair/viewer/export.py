@@ -57,7 +57,7 @@ def write_page(shown: Scene, path: str | os.PathLike[str], label: str) -> None:
 
 
 def _finished(page: str, label: str, said: str) -> str:
-    """A page of viser with our title, a caption, and no leave to fetch anything."""
+    """Return a page of viser with our title, a caption, and a policy against loading anything."""
     title = html.escape(label)
     page = page.replace("<head>", f"<head>{_POLICY}", 1)
     page = page.replace("<title>Viser</title>", f"<title>{title}</title>", 1)

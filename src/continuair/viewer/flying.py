@@ -1,4 +1,4 @@
-"""A flight of a vehicle that nobody has flown yet, coupled and decoupled."""
+"""Simulation of a vehicle for viewing, coupled and decoupled."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _TURN = 0.8
 """Bend angle of each section that the hovering vehicle's arm swings to [rad]."""
 
 _PUSH, _PUSHED = 0.3, (5.0, 5.5)
-"""A push to the side over the weight, and from when to when it acts [s]."""
+"""Lateral force over the weight, and its start and end [s]."""
 
 
 def fly(vehicle: Vehicle) -> tuple[Scenario, xr.Dataset, xr.Dataset]:
     """Return a scenario that suits a vehicle, and its flights by both models.
 
-    It is a hover in which the arms swing and a push comes from the side, under a flight controller,
-    or open loop where none can be designed.
+    It is a hover in which the arms swing and a lateral force acts, under a flight controller, or
+    open loop if none can be designed.
     """
     chosen = _hover(vehicle)
     flights = [

@@ -1,4 +1,4 @@
-"""Forces on a vehicle over frames: what acts from outside, rotors, base reactions, tip wrenches."""
+"""Forces on a vehicle over frames: external forces, rotors, base reactions, tip wrenches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Force:
-    """Forces over frames in world axes: where arrows begin (F, n, 3) [m], and what they are [N]."""
+    """Forces over frames in world axes: origins of arrows (F, n, 3) [m], and values [N]."""
 
     at: Array
     force: Array
@@ -33,7 +33,7 @@ class Force:
 def forces_of(
     flight: xr.Dataset, vehicle: Vehicle, bodies: Bodies, told: dict[str, Any], flying: Any
 ) -> dict[str, Force]:
-    """Return the forces that a result tells of, by what they are; NaN when it is not flying (F,).
+    """Return the forces that a result records, by kind; NaN when it is not flying (F,).
 
     told: fields of its scenario.
     """
@@ -59,7 +59,7 @@ def scale_of(forces: dict[str, Force], longest: float) -> float:
 
 
 def _push(flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], bodies: Bodies) -> Force:
-    """Inputs on the UAV, whose arrows begin outside of it."""
+    """Return inputs on the UAV, whose arrows begin outside of it."""
     total = np.zeros((flight.sizes["time"], 3))
     for name in ("force", "tau"):
         given = _given(told, name, flight, vehicle)
@@ -71,7 +71,7 @@ def _push(flight: xr.Dataset, vehicle: Vehicle, told: dict[str, Any], bodies: Bo
 
 
 def _command(flight: xr.Dataset, bodies: Bodies) -> Force | None:
-    """What a controller asks for, where no rotors make it."""
+    """Return the force commanded by a controller, if no rotors produce it."""
     if "command" not in flight or "rotor_thrust" in flight:
         return None
     asked = flight["command"].transpose("time", "actuator").to_numpy()[:, :3]
@@ -108,7 +108,7 @@ def _tip(
 
 
 def _given(told: dict[str, Any], field: str, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:
-    """An input (F, n), None where it is none or not known."""
+    """Return an input (F, n), or None if it is absent or not known."""
     value = told.get(field)
     known = value is not None and not isinstance(value, str)
     return sampled(field, value, flight, vehicle) if known else None

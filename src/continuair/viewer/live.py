@@ -1,4 +1,4 @@
-"""The present of a `Simulation` as geometry, and a clock that looks at it."""
+"""The present state of a `Simulation` as geometry, and a clock that polls it."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import numpy as np
 from continuair.flight.live import Simulation
 from continuair.vehicle.arc import bend_vectors
 from continuair.viewer.bodies import bodies
+from continuair.viewer.camera import Aim
 from continuair.viewer.player import Clock
 from continuair.viewer.scene import Scene
-from continuair.viewer.sight import Aim
 
 _TICK = 1.0 / 30.0
-"""How often the simulation is looked at [s]."""
+"""Period of polling the simulation [s]."""
 
 
 class Watch(Clock):
-    """Looks at a simulation while another thread steps it, and shows what has changed."""
+    """Poll a simulation while another thread steps it, and show changes."""
 
     def __init__(self, simulation: Simulation, show: Callable[[Scene], None]) -> None:
         super().__init__()
@@ -43,7 +43,7 @@ def present(simulation: Simulation) -> Scene:
     if simulation.scenario.targets:
         target = simulation.scenario.targets[0]
         centroid = np.asarray(target.path(np.array([time]))[0]).reshape(1, 3)
-        aim = Aim(centroid, centroid[:, None] + target.points)
+        aim = Aim(centroid, centroid[:, None] + np.asarray(target.points))
     return Scene(
         vehicle, "live", np.array([time]), placed, None, "", None, aim, {}, np.ones(1, bool)
     )

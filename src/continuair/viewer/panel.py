@@ -1,4 +1,4 @@
-"""What a view says and lets be chosen, beside the picture."""
+"""Controls and texts beside the picture of a view."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex
 
+from continuair.viewer.camera import CameraView
 from continuair.viewer.colours import COLOURS, GROUPS, MEANINGS, model_colour, scale_of_bends
 from continuair.viewer.player import Player
 from continuair.viewer.scene import Scene
-from continuair.viewer.sight import Eye
 from continuair.viewer.stage import Stage
 
 _SPEEDS = ("0.05", "0.1", "0.25", "0.5", "1", "2", "4", "8")
@@ -32,8 +32,8 @@ class Panel:
         self._readings = self._gui.add_html(readings(stage.scene, 0))
         self._legend = self._gui.add_html(legend(stage))
         self._image = None
-        if stage.scene.eye is not None:
-            self._image = Image(stage.scene.eye)
+        if stage.scene.camera_view is not None:
+            self._image = Image(stage.scene.camera_view)
             with self._gui.add_folder("Image of the camera"):
                 self._seen = self._gui.add_html(self._image.at(0))
         with self._gui.add_folder("Shown", expand_by_default=self._image is None):
@@ -74,7 +74,7 @@ class Panel:
         loop.on_update(lambda _event: setattr(player, "loop", loop.value))
 
     def go_along(self) -> None:
-        """Take the picture along with the UAV from now on."""
+        """Make the picture follow the UAV from now on."""
         self._along.value = self._stage.follows = True
 
     def _add_parts(self) -> Any:
@@ -120,8 +120,10 @@ def readings(scene: Scene, frame: int) -> str:
         far = scene.apart[frame]
         said = f"{1e3 * far:.2f} mm" if far < 1.0 else f"{far:.2f} m"
         rows.append((f"tip to that of {scene.ghost_model}", said if np.isfinite(far) else "ended"))
-    if scene.eye is not None:
-        error = np.linalg.norm(scene.eye.image[frame] - scene.eye.desired, axis=-1).max()
+    if scene.camera_view is not None:
+        error = np.linalg.norm(
+            scene.camera_view.image[frame] - scene.camera_view.desired, axis=-1
+        ).max()
         rows.append(("largest feature error", f"{error:.2f} px"))
     cells = "".join(
         f"<tr><td style='opacity:.65;padding-right:1em'>{html.escape(name)}</td>"
@@ -134,13 +136,13 @@ def readings(scene: Scene, frame: int) -> str:
 class Image:
     """The camera's image as SVG: tracks of the feature points, where they belong, and are."""
 
-    def __init__(self, eye: Eye) -> None:
-        self._eye = eye
-        width, height = eye.camera.image_size
+    def __init__(self, view: CameraView) -> None:
+        self._camera_view = view
+        width, height = view.camera.image_size
         unit = width / 100
-        self._colours = [COLOURS[index % len(COLOURS)] for index in range(eye.image.shape[1])]
+        self._colours = [COLOURS[index % len(COLOURS)] for index in range(view.image.shape[1])]
         drawn = [self._track(index, colour) for index, colour in enumerate(self._colours)]
-        drawn += [_cross(u, v, 2.0 * unit) for u, v in eye.desired if np.isfinite(u + v)]
+        drawn += [_cross(u, v, 2.0 * unit) for u, v in view.desired if np.isfinite(u + v)]
         self._size = 1.6 * unit
         self._before = (
             f"<svg viewBox='0 0 {width} {height}' stroke-width='{0.7 * unit:.1f}' style='width:54%;"
@@ -149,7 +151,7 @@ class Image:
 
     def at(self, frame: int) -> str:
         """Return the image of a frame."""
-        points = zip(self._eye.image[frame], self._colours, strict=True)
+        points = zip(self._camera_view.image[frame], self._colours, strict=True)
         dots = [
             f"<circle cx='{u:.1f}' cy='{v:.1f}' r='{self._size:.1f}' fill='{colour}'/>"
             for (u, v), colour in points
@@ -158,7 +160,7 @@ class Image:
         return f"{self._before}{''.join(dots)}</svg>"
 
     def _track(self, index: int, colour: str) -> str:
-        track = self._eye.image[:, index]
+        track = self._camera_view.image[:, index]
         track = track[np.isfinite(track).all(-1)]
         line = " ".join(f"{u:.0f},{v:.0f}" for u, v in track[:: max(1, len(track) // _TRACK)])
         return f"<polyline points='{line}' fill='none' stroke='{colour}' opacity='.45'/>"
@@ -170,7 +172,7 @@ def _cross(u: float, v: float, size: float) -> str:
 
 
 def legend(stage: Stage) -> str:
-    """Return how flights ended, and what colours and lengths mean of what is shown, as HTML."""
+    """Return as HTML how flights ended, and the meaning of colours and lengths shown."""
     scene = stage.scene
     stops = ", ".join(to_hex(colour / 255.0) for colour in scale_of_bends()[::51])
     largest = np.degrees(stage.largest)

@@ -22,17 +22,17 @@ class Clock(ABC):
         self._thread = threading.Thread(target=self._run, name="continuair view", daemon=True)
 
     def start(self) -> None:
-        """Begin to keep time."""
+        """Start the clock."""
         self._thread.start()
 
     def stop(self) -> None:
-        """End, and wait until nothing more is shown."""
+        """Stop, and wait until nothing more is shown."""
         self._done.set()
         self._thread.join()
 
     @abstractmethod
     def _run(self) -> None:
-        """Show what is due until it is done."""
+        """Show due frames until stopped."""
 
 
 class Player(Clock):
@@ -53,7 +53,7 @@ class Player(Clock):
             self._show_at(at)
 
     def advance(self, passed: float) -> None:
-        """Let time pass [s], and show the frame that is due, if it is another."""
+        """Advance the time [s], and show the due frame if it is another."""
         with self._lock:
             first, last = float(self._times[0]), float(self._times[-1])
             self._at += self.speed * passed

@@ -23,16 +23,16 @@ _INSIDE = ("time", "section", "bend_axis", "axis")
 
 
 _STORE = "zarr.json"
-"""What the folder of a sweep's store holds."""
+"""Files of a sweep's store."""
 
 
 class _NoFlight(InputError):
-    """A file of ours that holds something else."""
+    """A file of ours that contains no flight."""
 
 
 @dataclass(frozen=True)
 class Recorded:
-    """A flight of a file: what it is called, and which of the file's leading dimensions it is."""
+    """A flight of a file: its name, and its index in the file's leading dimensions."""
 
     name: str
     path: Path
@@ -77,13 +77,12 @@ def chosen(flights: list[Recorded], name: str | None) -> Recorded:
         return flights[0]
     names = [each.name for each in flights]
     if name not in names:
-        raise InputError(f"flight is {name!r}, but there is none of that name; "
-                         f"{nearest(name, names)}.")  # fmt: skip
+        raise InputError(f"flight is {name!r}, which does not exist; {nearest(name, names)}.")
     return flights[names.index(name)]
 
 
 def _in_folder(contents: Contents, before: str) -> Iterator[Recorded]:
-    """Flights of a study's own files, and of the studies in it."""
+    """Yield flights of a study's own files, and of the studies in it."""
     for path in sorted(contents.path.glob(f"{contents.study}_*.nc")):
         own = path.stem.removeprefix(f"{contents.study}_")
         try:
@@ -112,6 +111,6 @@ def _in_file(path: Path, name: str) -> Iterator[Recorded]:
 
 
 def _labels(file: xr.Dataset, dim: str) -> list[str]:
-    """What the flights along a dimension are called: by its coordinate, or by their index."""
+    """Return labels of the flights along a dimension: its coordinate, or their index."""
     said = file[dim].to_numpy() if dim in file.coords else range(file.sizes[dim])
     return [str(each) for each in said]

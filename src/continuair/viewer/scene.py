@@ -17,8 +17,8 @@ from continuair.interfaces.acting import told_of, untold_of, warn_of_lacking
 from continuair.kernels.step import OK, STATUS
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, bodies, rotors_of
+from continuair.viewer.camera import Aim, CameraView, aim_of, camera_view_of
 from continuair.viewer.forces import Force, forces_of, scale_of
-from continuair.viewer.sight import Aim, Eye, aim_of, eye_of
 from continuair.warning import warn
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ _SMALLEST = 0.05
 """Bend angle at the end of the scale of colours at least [rad]."""
 
 _LONGEST = 0.5
-"""Length of the longest arrow over the size of what flies."""
+"""Length of the longest arrow over the vehicle's size."""
 
 _NEAR, _FAR = 4.0, 6.0
 """Over the reach: what starts lower has the ground at z = 0 in its picture, and what goes farther
@@ -44,10 +44,10 @@ _DRAWN = ("force", "tau", "tip_wrench")
 
 @dataclass(frozen=True)
 class Scene:
-    """What is drawn of a flight, over its frames, and of another model's beside it.
+    """Geometry of a flight over its frames, and of another model's beside it.
 
-    times (F,) [s]; forces: by what they are; flying (F,): whether none has ended; notes: how they
-    ended where that was early.
+    times (F,) [s]; forces: by kind; flying (F,): whether none has ended; notes: how they ended if
+    that was early.
     """
 
     vehicle: Vehicle
@@ -56,7 +56,7 @@ class Scene:
     bodies: Bodies
     ghost: Bodies | None
     ghost_model: str
-    eye: Eye | None
+    camera_view: CameraView | None
     aim: Aim | None
     forces: dict[str, Force]
     flying: NDArray[np.bool_]
@@ -88,12 +88,12 @@ class Scene:
         return self.is_far(np.ptp(self.bodies.position, axis=0))
 
     def is_far(self, gone: Array) -> bool:
-        """Whether a way (3,) [m] is too long for a picture that stays."""
+        """Return whether a way (3,) [m] is too long for a picture that stays."""
         return bool(np.abs(gone).max() > _FAR * self.reach)
 
     @property
     def floor(self) -> float:
-        """Height of the ground that is drawn [m]: 0, or below what starts far above or below it."""
+        """Height of the drawn ground [m]: 0, or below a flight that starts far from it."""
         lines = self.bodies.lines or (self.bodies.tip_position,)
         start = min(float(line[0, :, 2].min()) for line in lines)
         lowest = min(float(line[..., 2].min()) for line in lines)
@@ -116,10 +116,10 @@ def scene(
     scenario: Any = None,
     rate: float = RATE,
 ) -> Scene:
-    """Return the geometry of a flight of one run; raises InputError for what is none.
+    """Return the geometry of a flight of one run; raises InputError if it is not one.
 
-    vehicle: that of the result's attributes by default; ghost: the flight of another model, over
-    the same times; scenario: of the flight, from which inputs that are functions of time are known.
+    vehicle: by default that of the result's attributes; ghost: the flight of another model, over
+    the same times; scenario: of the flight, which contains its functions of time.
     """
     motion = motion_of(flight, vehicle)
     flown, times = motion.vehicle, flight["time"].to_numpy()
@@ -144,7 +144,7 @@ def scene(
         placed,
         others,
         "" if ghost is None else model_of(ghost),
-        eye_of(shown, flown, placed),
+        camera_view_of(shown, flown, placed),
         aim_of(shown),
         forces_of(shown, flown, placed, told, flying),
         both,
@@ -164,6 +164,6 @@ def early_end(flight: xr.Dataset, motion: Motion, model: str) -> str:
 
 
 def _placed(motion: Motion, chosen: NDArray[np.int64]) -> Bodies:
-    """The bodies at some samples; after the last of the motion they stay."""
+    """Return the bodies at some samples; after the last of the motion they stay."""
     seen = motion.rows(np.minimum(chosen, len(motion.time) - 1))
     return bodies(motion.vehicle, seen.position, seen.attitude, seen.bend)

@@ -1,4 +1,4 @@
-"""A viser server that only this machine reaches, and says nothing of its own."""
+"""A viser server that only this machine reaches, without messages of its own."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def close(server: Any) -> None:
 
 
 def is_own(host: str | None, origin: str | None, port: int) -> bool:
-    """Whether a request comes from a page of this server, by its headers Host and Origin.
+    """Return whether a request comes from a page of this server, by its headers Host and Origin.
 
     A page of another site in the same browser reaches the port, too, and one whose name was bound
     to this machine afterwards (DNS rebinding) names itself in Host.
@@ -64,7 +64,7 @@ def is_own(host: str | None, origin: str | None, port: int) -> bool:
 
 @contextmanager
 def _answering_own_pages() -> Iterator[None]:
-    """Within it, servers that viser opens answer requests of their own pages alone."""
+    """Restrict servers that viser opens in the block to requests of their own pages."""
     from websockets.asyncio import server as sockets
 
     serve = sockets.serve
@@ -104,7 +104,7 @@ def _taken(port: int) -> InputError:
 
 
 def _quietly(call: Any) -> Any:
-    """Call what prints a banner through rich, without the banner."""
+    """Call a function that prints a banner through rich, without the banner."""
     from rich import get_console
 
     console = get_console()

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from continuair.viewer.bodies import rotors_of
+from continuair.viewer.camera import in_image
 from continuair.viewer.colours import COLOURS, GROUPS, HIDDEN, model_colour, rgb
 from continuair.viewer.scene import Scene
-from continuair.viewer.sight import in_image
 from continuair.viewer.vehicles import BODY, VehicleNodes, wxyz_of
 
 _WORLD, _VEHICLE, _GHOST = "/world", "/vehicle", "/ghost"
@@ -19,7 +19,7 @@ _UPRIGHT = ("push", "command")
 
 
 class Stage:
-    """A scene's nodes. parts: node groups that can be hidden, by what they are.
+    """A scene's nodes. parts: node groups that can be hidden, by kind.
 
     largest: the bend angle at the end of the scale of colours [rad], by default the scene's own.
     """
@@ -62,7 +62,7 @@ class Stage:
                 self._show_camera(frame)
 
     def is_visible(self, part: str) -> bool:
-        """Tell whether a part is shown."""
+        """Return whether a part is shown."""
         return any(node.visible for node in self.parts.get(part, ()))
 
     def set_visible(self, part: str, shown: bool) -> None:
@@ -84,10 +84,10 @@ class Stage:
         return own[long].astype(np.float32)
 
     def _show_camera(self, frame: int) -> None:
-        eye, bodies = self.scene.eye, self.scene.bodies
-        assert eye is not None
-        self._frustum.position = bodies.in_body(frame, eye.position[frame])
-        self._frustum.wxyz = wxyz_of(bodies.turned_in_body(frame, eye.attitude[frame][None])[0])
+        view, bodies = self.scene.camera_view, self.scene.bodies
+        assert view is not None
+        self._frustum.position = bodies.in_body(frame, view.position[frame])
+        self._frustum.wxyz = wxyz_of(bodies.turned_in_body(frame, view.attitude[frame][None])[0])
         seen = bodies.in_body(frame, np.nan_to_num(self._images[frame]))
         self._seen.points = seen.astype(np.float32)
 
@@ -143,19 +143,19 @@ class Stage:
         self.parts["target"] = [self._target, *([] if path is None else [path])]
 
     def _add_camera(self) -> None:
-        eye = self.scene.eye
+        view = self.scene.camera_view
         self._frustum: Any = None
-        if eye is None:
+        if view is None:
             return
-        across, half = 0.5 * np.divide(eye.camera.image_size, eye.camera.focal_length)
+        across, half = 0.5 * np.divide(view.camera.image_size, view.camera.focal_length)
         depth = 0.28 * self.scene.reach
         self._frustum = self._api.add_camera_frustum(
             f"{_VEHICLE}/{BODY}/camera", 2.0 * np.arctan(half), across / half,
             color=rgb("#0072B2"), scale=depth * np.cbrt(half * across / 3.0), thickness=1.5,
             thickness_units="screen",
         )  # fmt: skip
-        self._images = in_image(eye, depth)
-        colours = [rgb(COLOURS[index % len(COLOURS)]) for index in range(eye.image.shape[1])]
+        self._images = in_image(view, depth)
+        colours = [rgb(COLOURS[index % len(COLOURS)]) for index in range(view.image.shape[1])]
         self._seen = self._api.add_point_cloud(
             f"{_VEHICLE}/{BODY}/image", self._images[0].astype(np.float32), np.array(colours),
             point_size=0.06 * depth, point_shape="circle", precision="float32",
@@ -197,7 +197,7 @@ class Stage:
         camera.position = (low + high) / 2 + 1.25 * size * np.array([0.75, -0.55, 0.32])
 
     def _to_see(self) -> list[Any]:
-        """Points that the first picture holds; of one that goes along, about the start."""
+        """Return points in the first picture, relative to the start if it follows the UAV."""
         bodies, aim = self.scene.bodies, self.scene.aim
         rotors = rotors_of(self.scene.vehicle)
         wide = rotors.edge * np.array([[1.0, 1.0, 0.2], [-1.0, -1.0, -0.2]])

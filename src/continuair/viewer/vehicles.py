@@ -16,7 +16,7 @@ from continuair.viewer.colours import DARK, DISK, GREY, bend_colours, rgb
 Array = NDArray[np.float64]
 
 _SIDES = 24
-"""Of what is round."""
+"""Segments of round parts."""
 
 BODY = "body"
 """Name of the node that turns with the UAV."""
@@ -127,7 +127,7 @@ def _add_tubes(
 
 
 def _thick(ghost: str | None) -> float:
-    """How thick things are: a ghost hides inside the vehicle where the two are at one place."""
+    """Return widths of lines; those of a ghost are smaller, so that the vehicle hides it."""
     return 1.0 if ghost is None else 0.9
 
 

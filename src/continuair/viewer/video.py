@@ -42,10 +42,25 @@ def animate(
     ghost: xr.Dataset | None = None,
     scenario: Scenario | None = None,
 ) -> None:
-    """Write a video of a flight, .mp4 or .gif, which plays as fast as the vehicle flies.
+    """Write a video of a flight in real time.
 
-    flight, vehicle, ghost, scenario: as in `view`. An .mp4 needs ffmpeg. Raises InputError, also
-    for a file that is there.
+    Parameters
+    ----------
+    flight : xarray.Dataset
+        Result of one run of `simulate`.
+    path : str or path-like
+        Path of the new file, .mp4 (needs ffmpeg) or .gif.
+    vehicle : Vehicle, optional
+        The simulated vehicle. Default: that of the result's attributes.
+    ghost : xarray.Dataset, optional
+        Flight of another model over the same times, drawn beside it.
+    scenario : Scenario, optional
+        The simulated scenario. A result does not hold its functions of time.
+
+    Raises
+    ------
+    InputError
+        If the file exists or has another suffix, ffmpeg is missing, or a flight is unsuitable.
     """
     check_video(path)
     found = scene(flight, vehicle, ghost, scenario, rate=max(_RATE.values()))
@@ -53,14 +68,14 @@ def animate(
 
 
 def check_video(path: str | os.PathLike[str]) -> Path:
-    """Return the path of a video that can be written; raises InputError."""
+    """Return the path of a video that can be written; else raise InputError."""
     suffix = Path(path).suffix
     if suffix not in _RATE:
         raise InputError(f"video is {printed(path)}; name a file that ends in .mp4 or .gif.")
     if suffix == ".mp4" and _ffmpeg() is None:
         raise InputError(
-            f"video is {printed(path)}, which needs ffmpeg, and there is none; install ffmpeg, or "
-            "pip install 'continuair[video]', or name a .gif."
+            f"video is {printed(path)}, which needs ffmpeg; install ffmpeg, or pip install "
+            "'continuair[video]', or name a .gif."
         )
     return new_file("video", path)
 
@@ -68,7 +83,7 @@ def check_video(path: str | os.PathLike[str]) -> Path:
 def animation(
     shown: Scene, path: str | os.PathLike[str], label: str, progress: Progress | None = None
 ) -> None:
-    """Write a scene as a video, with what to call it; raises InputError."""
+    """Write a scene as a video with a label; raises InputError."""
     file = check_video(path)
     rate = _RATE[file.suffix]
     chosen = _frames(shown, rate)
@@ -85,7 +100,7 @@ def animation(
 
 @contextmanager
 def _encoding(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Raise InputError where ffmpeg fails."""
+    """Raise InputError if ffmpeg fails inside the block."""
     try:
         yield
     except (CalledProcessError, BrokenPipeError):
@@ -103,7 +118,7 @@ def _write(
     show: Callable[[int], None],
     progress: Progress | None,
 ) -> None:
-    """Write beside the file and rename: what is interrupted leaves nothing behind."""
+    """Write to a temporary file and rename it, so that an interruption leaves nothing behind."""
     draft = file.with_name(f"{file.stem}.{uuid.uuid4().hex}{file.suffix}")
     try:
         with writer.saving(figure, os.fspath(draft), _RESOLUTION):
@@ -118,14 +133,14 @@ def _write(
 
 
 def _frames(shown: Scene, rate: float) -> NDArray[np.int64]:
-    """The frame that is due at each picture of a video."""
+    """Return the frame of the flight for each frame of a video."""
     length = float(shown.times[-1] - shown.times[0])
     wanted = shown.times[0] + np.arange(int(np.floor(length * rate)) + 1) / rate
     return np.searchsorted(shown.times, wanted + 1e-9, side="right") - 1
 
 
 def _ffmpeg() -> str | None:
-    """The ffmpeg on the PATH, or that of imageio-ffmpeg."""
+    """Return the ffmpeg on the PATH, or that of imageio-ffmpeg."""
     found = shutil.which("ffmpeg")
     if found is None:
         try:

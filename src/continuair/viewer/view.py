@@ -1,4 +1,4 @@
-"""`view`: a flight in the browser of this machine."""
+"""`view`: a flight in a browser on this machine."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ class View:
 
     @property
     def url(self) -> str:
-        """Where the browser finds it."""
+        """Address for the browser."""
         return f"http://{HOST}:{self._server.get_port()}"
 
     @property
     def scene(self) -> Scene:
-        """What is shown: all frames of a flight, or the present of a simulation."""
+        """The scene shown: all frames of a flight, or the present state of a simulation."""
         return self._stage.scene
 
     @property
     def follows(self) -> bool:
-        """Whether the picture goes along with the UAV."""
+        """Whether the picture follows the UAV."""
         return self._stage.follows
 
     def wait(self) -> None:
@@ -65,7 +65,7 @@ class View:
             return
 
     def stop(self) -> None:
-        """Show it no more."""
+        """Close the server."""
         self.player.stop()
         close(self._server)
 
@@ -91,13 +91,33 @@ def view(
     port: int = PORT,
     block: bool = False,
 ) -> View:
-    """Show a flight in the browser, at the `url` of what this returns, until its `stop`.
+    """Show a flight in the browser.
 
-    flight: one run of `simulate`, or a Simulation, whose present is shown while it is stepped.
-    vehicle: the one that flew, by default as the result says. ghost: another model's flight over
-    the same times, drawn beside it. scenario: the one that was flown, whose functions
-    of time a result lacks. port: of 127.0.0.1, which no other machine reaches; 0 for any. block:
-    return only when interrupted. Raises InputError.
+    Parameters
+    ----------
+    flight : xarray.Dataset or Simulation
+        Result of one run of `simulate`, or a simulation, whose present state is shown as it is
+        stepped.
+    vehicle : Vehicle, optional
+        The simulated vehicle. Default: that of the result's attributes.
+    ghost : xarray.Dataset, optional
+        Flight of another model over the same times, drawn beside it.
+    scenario : Scenario, optional
+        The simulated scenario. A result does not hold its functions of time.
+    port : int, optional
+        Port of 127.0.0.1, which no other machine reaches; 0 for any free one.
+    block : bool, default False
+        Whether to return only when interrupted.
+
+    Returns
+    -------
+    View
+        The page, at its `url` until `stop`.
+
+    Raises
+    ------
+    InputError
+        If a flight is unsuitable, or other arguments are given with a Simulation.
     """
     if isinstance(flight, Simulation):
         if vehicle is not None or ghost is not None or scenario is not None:

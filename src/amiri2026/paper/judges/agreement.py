@@ -40,7 +40,7 @@ def as_formula(judge: Judge) -> Judge:
 
 
 def random_states(length: float, count: int = STATES) -> list[tuple[Array, Array]]:
-    """Pairs (q, q̇) of the paper's coordinates, for an arm of a length [m].
+    """Return pairs (q, q̇) of the paper's coordinates, for an arm of a length [m].
 
     |κ| l from 0.1 to 3 in both signs, |θ| <= 1.2: in arm lengths and radians they are the same for
     every arm, so that no formula holds of one length alone.
@@ -57,42 +57,42 @@ def random_states(length: float, count: int = STATES) -> list[tuple[Array, Array
 
 
 def natural_units(length: float) -> Array:
-    """What turns coordinates (8,) in arm lengths and radians into the paper's: m, rad and 1/m."""
+    """Return factors from coordinates (8,) in arm lengths and radians to m, rad and 1/m."""
     return np.array([length] * 3 + [1.0] * 3 + [1.0 / length, 1.0])
 
 
 def apart(found: Any, right: Any) -> float:
-    """The norm of the difference of two arrays over that of the right one."""
+    """Return the norm of the difference of two arrays over that of the right one."""
     difference = np.linalg.norm(np.asarray(found) - right)
     return float(difference / np.linalg.norm(right))
 
 
 def largest_gap(differences: Iterable[float], least: float) -> float:
-    """The largest of some differences, NaN where one is; `least` where only rounding is below."""
+    """Return the largest difference, NaN if one is; `least` if only rounding is below."""
     return largest([least, *differences])
 
 
 def rate(function: Callable[[Array], Array], q: Array, qd: Array) -> Array:
-    """The derivative of a function of q in time, by central differences: good to 1e-9 or so."""
+    """Return derivative of a function of q in time, by central differences: good to 1e-9 or so."""
     ahead, behind = function(q + _TIME_STEP * qd), function(q - _TIME_STEP * qd)
     return (ahead - behind) / (2.0 * _TIME_STEP)
 
 
 def partial(function: Callable[[Array], Array], q: Array, index: int) -> Array:
-    """The partial derivative of an analytic function of q, by a complex step: exact to rounding."""
+    """Return the partial derivative of an analytic function of q, by an exact complex step."""
     shifted = q.astype(complex)
     shifted[index] += 1e-30j
     return np.imag(function(shifted)) / 1e-30
 
 
 def spin_of(matrix: Array) -> Array:
-    """The vector (3,) of a matrix' skew part: of Ṙ Rᵀ, the angular velocity in outer axes."""
+    """Return vector (3,) of a matrix' skew part: of Ṙ Rᵀ, the angular velocity in outer axes."""
     part = 0.5 * (matrix - matrix.T)
     return np.array([part[2, 1], part[0, 2], part[1, 0]])
 
 
 def powers(function: Series, radius: float) -> dict[int, Array]:
-    """Terms c_k radius^k of a function's Laurent series at 0, by k from -4 to 8.
+    """Return terms c_k radius^k of a function's Laurent series at 0, by k from -4 to 8.
 
     By Cauchy's integral on a circle of that radius, inside which only 0 may be singular. No point
     of it is real or imaginary.
@@ -103,7 +103,7 @@ def powers(function: Series, radius: float) -> dict[int, Array]:
 
 
 def lowest_powers(function: Series, radius: float) -> Array:
-    """The lowest power in the series of each component; NaN for one that is zero."""
+    """Return the lowest power in the series of each component; NaN for one that is zero."""
     terms = powers(function, radius)
     sizes = np.abs([terms[k] for k in sorted(terms)])
     # Rounding leaves 1e-14 of the largest term in those that vanish.

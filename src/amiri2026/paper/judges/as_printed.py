@@ -1,6 +1,6 @@
-"""Kinematics of the paper, letter by letter, where `continuair.equations` holds other forms.
+"""Kinematics exactly as printed, where `continuair.equations` uses other forms.
 
-Near straight, `equations` evaluates Appendix A in a form that keeps more digits. Appendix B stands
+Near straight, `equations` evaluates Appendix A in a form that keeps more digits. Appendix B is
 there as printed. All functions but `regularised` accept complex numbers.
 """
 

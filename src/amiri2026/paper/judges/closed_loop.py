@@ -1,4 +1,4 @@
-"""Judges of the section on visual tracking, IV-C, and of what the conclusions say of it."""
+"""Judges of the section on visual tracking, IV-C, and of the conclusions about it."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ Array = np.ndarray
 
 
 def one_law(evidence: Evidence) -> Judgement:
-    """IV-C.2: is the law the same in both cases, and DS no error of the integration?"""
+    """Judge IV-C.2: is the law the same in both cases, and DS no error of the integration?"""
     pushes = [samples(letter.flown(evidence, plant), "command", "actuator")[0] for plant in PLANTS]
     apart = np.abs(pushes[0] - pushes[1]).max() / np.abs(pushes[0]).max()
     ds = norm_difference(*_both(evidence))
@@ -64,7 +64,7 @@ def one_law(evidence: Evidence) -> Judgement:
 
 
 def states_and_jacobians(evidence: Evidence) -> Judgement:
-    """IV-C.3: do accelerations at one state, and states and J_L along the flights, differ?"""
+    """Judge IV-C.3: do accelerations at one state, and states and J_L along the flights, differ?"""
     start = letter.flown(evidence, "coupled").isel(time=0)
     a, b = (letter.first_acceleration(evidence.vehicle, start, plant) for plant in PLANTS)
     names = ("q", "features", "depth", "camera_attitude")
@@ -97,7 +97,7 @@ def states_and_jacobians(evidence: Evidence) -> Judgement:
 
 
 def kinds_of_segments(_: Evidence) -> Judgement:
-    """IV-C.6: are there straight, inclined and curved parts in the letters?"""
+    """Judge IV-C.6: are there straight, inclined and curved parts in the letters?"""
     share = kinds_of_stroke(LETTERS)
     told = ", ".join(f"{percent(value)} {name}" for name, value in share.items())
     view = judged(
@@ -109,7 +109,7 @@ def kinds_of_segments(_: Evidence) -> Judgement:
 
 
 def norm_of_rates(evidence: Evidence) -> Judgement:
-    """IV-C.10: does the norm of q̇ stand for the speed of the platform?"""
+    """Judge IV-C.10: does the norm of q̇ stand for the speed of the platform?"""
     parts = _rates(letter.flown(evidence, "coupled"))
     norm, speed = np.sqrt(sum(part**2 for part in parts)), parts[0]
     rho = rank_correlation(norm, speed)
@@ -132,7 +132,7 @@ def _of_letter(evidence: Evidence, view: Judgement) -> Judgement:
 
 
 def turns_and_lines(evidence: Evidence) -> Judgement:
-    """IV-C.13: do the plants differ at turns, and hardly along straight parts?"""
+    """Judge IV-C.13: do the plants differ at turns, and hardly along straight parts?"""
     return over_loops(evidence, in_turns, (ALIGNED, GRAVITY), (OFF, PRINTED_G))
 
 
@@ -167,7 +167,7 @@ def in_turns(loop: Loop) -> Judgement:
 
 
 def largest_ds(evidence: Evidence) -> Judgement:
-    """IV-C.14: does DS stay below 0.7 px on all four letters?"""
+    """Judge IV-C.14: does DS stay below 0.7 px on all four letters?"""
     undamped = [
         row["ds_max_px_after_2s"]
         for row in evidence.tracking.results["variants"]
@@ -194,7 +194,7 @@ def below_limit(loop: Loop) -> Judgement:
 
 
 def negligible_impact(evidence: Evidence) -> Judgement:
-    """IV-C.15: are both plants tracked alike, and is the decoupled one cheaper?"""
+    """Judge IV-C.15: are both plants tracked alike, and is the decoupled one cheaper?"""
     real = _off(evidence.tracking.results["settings"]["camera"]["letters"])
     note = (
         "The camera is perfect; with 0.5 px noise, 30 Hz and latency, which the paper does not "
@@ -229,7 +229,7 @@ def _off(letters: dict[str, Any]) -> dict[str, float]:
 
 
 def speed(evidence: Evidence) -> Judgement:
-    """IV-C.17: does DS go with the speed of the platform?"""
+    """Judge IV-C.17: does DS go with the speed of the platform?"""
     coupled, other = _both(evidence)
     ds, moving = np.abs(norm_difference(coupled, other)), _rates(coupled)[0]
     late = coupled["time"].to_numpy() >= TRANSIENT
@@ -266,7 +266,7 @@ def faster_letters(evidence: Evidence) -> Judgement:
 
 
 def before_convergence(evidence: Evidence) -> Judgement:
-    """IV-C.18: is DS larger at speed before convergence, and the coupling too?"""
+    """Judge IV-C.18: is DS larger at speed before convergence, and the coupling too?"""
     coupled, other = _both(evidence)
     moving, time = _rates(coupled)[0], coupled["time"].to_numpy()
     entry = evidence.letter.results["letters"]["M"]
@@ -299,7 +299,7 @@ def _until(end: float) -> str:
 
 
 def _both(evidence: Evidence) -> list[xr.Dataset]:
-    """Letter M with both plants."""
+    """Return letter M with both plants."""
     return [letter.flown(evidence, plant) for plant in PLANTS]
 
 
@@ -308,7 +308,7 @@ def _position(flight: xr.Dataset, _: Any) -> Array:
 
 
 def _rates(flight: xr.Dataset) -> list[Array]:
-    """Norms over time of velocity [m/s], angular velocity [rad/s] and bend rate [1/(m s)]."""
+    """Return norms over time: velocity [m/s], angular velocity [rad/s], bend rate [1/(m s)]."""
     axes = {"velocity": "axis", "angular_velocity": "axis", "bend_rate": "bend_axis"}
     return [np.linalg.norm(samples(flight, name, axis), axis=1) for name, axis in axes.items()]
 

@@ -1,4 +1,4 @@
-"""How complex the models are: terms of their equations, and what the bending arm costs."""
+"""Complexity of the models: terms of their equations, and the time for the bending arm."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _STEP = 1e-30
 
 
 def terms(vehicle: Vehicle, mask: str) -> int:
-    """Products in M q̈ + C q̇ at a general state: of elements of M with q̈, of C's with two rates.
+    """Return the number of products in M q̈ and in C q̇ at a general state.
 
-    mask: of `equations.forward_dynamics`. C is linear in the rates: what multiplies q̇_j q̇_k in a
+    mask: of `equations.forward_dynamics`. C is linear in the rates: the factor of q̇_j q̇_k in a
     row is one term, whether it comes from one element of C or from two.
     """
     q, _ = _general_state()
@@ -35,7 +35,7 @@ def terms(vehicle: Vehicle, mask: str) -> int:
 
 
 def readable_times(vehicle: Vehicle) -> dict[str, float]:
-    """Median times [s] of the readable form: "whole" of Eq. (10), its "spring", the "UAV" alone."""
+    """Return the median times [s] in NumPy: "whole" of Eq. (10), its "spring", the "UAV" alone."""
     q, qd = _general_state()
     cases = {
         "whole": lambda: equations.forward_dynamics(vehicle, q, qd),
@@ -46,7 +46,7 @@ def readable_times(vehicle: Vehicle) -> dict[str, float]:
 
 
 def uav_alone(vehicle: Vehicle, q: Array, qd: Array, gravity: float = 9.81) -> Array:
-    """Accelerations (6,) of Eq. (10) without an arm, by the same means as with one."""
+    """Return accelerations (6,) of Eq. (10) without an arm, by the same means as with one."""
     slopes = np.zeros((6, 6, 6))
     for k in range(3, 6):
         shifted = q.astype(complex)

@@ -1,4 +1,4 @@
-"""Judges of what the conclusions say of the open-loop studies, V.6 to V.12."""
+"""Judges of the conclusions on the open-loop studies, V.6 to V.12."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ STRUCTURE = ("arm radius", "arm length", "Young's modulus", "UAV mass")
 
 
 def structure(evidence: Evidence) -> Judgement:
-    """V.6: do at least two of four parameters of the structure change the error twofold?"""
+    """Judge V.6: do at least two of four parameters of the structure change the error twofold?"""
     return _strong(evidence, STRUCTURE, "of the vehicle's structure")
 
 
 def parameters(evidence: Evidence) -> Judgement:
-    """V.8: do at least two of the six parameters change the error twofold?"""
+    """Judge V.8: do at least two of the six parameters change the error twofold?"""
     return _strong(evidence, (*ARM, *UAV), "of the paper's sweeps")
 
 
@@ -91,7 +91,7 @@ def _from_to(low: int, high: int) -> str:
 
 
 def downward(evidence: Evidence) -> Judgement:
-    """V.7: do Appendices A and B put the arm below the UAV?"""
+    """Judge V.7: do Appendices A and B put the arm below the UAV?"""
     plain = evidence.vehicle.replace({"arm.kappa_s": 0.0})
     length = float(plain.arm.length)
     height = _height_of_straight_tip(plain) / length
@@ -131,7 +131,7 @@ def _height_of_straight_tip(vehicle: Vehicle) -> float:
 
 
 def passive_arm(evidence: Evidence) -> Judgement:
-    """V.10: do the models hardly differ with a passive arm, whatever its modulus?"""
+    """Judge V.10: do the models hardly differ with a passive arm, whatever its modulus?"""
     cases = []
     for found in swept(evidence):
         sweep = found.sweeps[_MODULUS.name]
@@ -161,7 +161,7 @@ def small(shares: list[float]) -> Judgement:
 
 @untold("error_estimate")
 def _both(vehicles: Vehicle, test: str) -> xr.Dataset:
-    """An open-loop test with both models, over (model, run, time); NaN where it is not
+    """Return an open-loop test with both models, over (model, run, time); NaN where it is not
     resolved."""
     scenario = open_loop_test(test)
     flights = by_model(
@@ -196,7 +196,7 @@ def _pair(flights: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def modes_of_actuation(evidence: Evidence) -> Judgement:
-    """V.12: does actuating the UAV change rotation most, and the arm's torques position?"""
+    """Judge V.12: does actuating the UAV change rotation most, and the arm's torques position?"""
 
     def view(found: TipErrors) -> Judgement:
         return judged_alike(

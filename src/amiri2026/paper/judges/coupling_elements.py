@@ -1,6 +1,6 @@
-"""Judges of what III-C says of the coupling elements of M, and of Appendix B.
+"""Judges of statements in III-C on the coupling elements of M, and of Appendix B.
 
-The threshold of Remark 1 is off, as it would end every series in κ, and the backbone is bare.
+The threshold of Remark 1 is off, as it would end every series in κ, and the backbone has no disks.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def printed_elements(vehicle: Vehicle, q: Array, κ: str, s: str) -> Array:
 
 
 def elements(vehicle: Vehicle, q: Array, κ: str = "a curvature") -> Array:
-    """Elements 17 and 18 of the mass matrix, the seventh coordinate being κ or the angle κ l."""
+    """Return elements 17 and 18 of the mass matrix, with κ or the angle κ l as coordinate 7."""
     row = equations.mass_matrix(vehicle, q)[0, 6:]
     return row / np.array([vehicle.arm.length if κ == "the total angle" else 1.0, 1.0])
 
@@ -84,7 +84,7 @@ def gaps(vehicle: Vehicle, κ: str, s: str) -> Array:
 
 
 def both_elements(evidence: Evidence) -> Judgement:
-    """III-C.7: is Appendix B elements 17 and 18 in some reading, and are they nonlinear?"""
+    """Judge III-C.7: is Appendix B elements 17 and 18 in some reading, and are they nonlinear?"""
     vehicle = evidence.vehicle
     worst = {(κ, s): gaps(vehicle, κ, s).max() for κ in _MEANINGS for s in _PLACES}
     fits = [reading for reading, gap in worst.items() if gap <= ELEMENT]
@@ -150,7 +150,7 @@ def appendix_b(evidence: Evidence) -> Judgement:
 
 
 def scaling(evidence: Evidence) -> Judgement:
-    """III-C.8: do the coupling elements grow as radius squared and as density?"""
+    """Judge III-C.8: do the coupling elements grow as radius squared and as density?"""
     vehicle = _regular(evidence.vehicle)
     length = vehicle.arm.length
     # From 1 to 10 mm, as the paper, of an arm of 1 m; no arm may be thicker than long.
@@ -178,7 +178,7 @@ def scaling(evidence: Evidence) -> Judgement:
 
 
 def near_the_base(evidence: Evidence) -> Judgement:
-    """III-C.10: do M17 and M18 of Appendix B vanish as s² at least?"""
+    """Judge III-C.10: do M17 and M18 of Appendix B vanish as s² at least?"""
     vehicle = _regular(evidence.vehicle)
     radius = 0.1 * vehicle.arm.length
     lowest = np.array(
@@ -197,7 +197,7 @@ def near_the_base(evidence: Evidence) -> Judgement:
 
 
 def limit_of_m17(evidence: Evidence) -> Judgement:
-    """III-C.11: does M17 tend to a value without κ, in proportion to ρ r_a²?"""
+    """Judge III-C.11: does M17 tend to a value without κ, in proportion to ρ r_a²?"""
     vehicle = _regular(evidence.vehicle)
     lowest = _lowest_powers_of_kappa(vehicle, 0)
     arm = vehicle.arm
@@ -219,13 +219,13 @@ def limit_of_m17(evidence: Evidence) -> Judgement:
 
 
 def _limit(vehicle: Vehicle, q: Array) -> float:
-    """The value of M17 at κ = 0, from its series."""
+    """Return the value of M17 at κ = 0, from its series."""
     terms = powers(lambda κ: elements(vehicle, _with_bend(q, κ))[0], 0.5 / vehicle.arm.length)
     return float(terms[0].real)
 
 
 def curvature_in_m18(evidence: Evidence) -> Judgement:
-    """III-C.12: does the leading term of M18 hold κ?"""
+    """Judge III-C.12: does the leading term of M18 hold κ?"""
     lowest = _lowest_powers_of_kappa(_regular(evidence.vehicle), 1)
     return judged(
         bool((lowest != 0.0).all()),
@@ -236,7 +236,7 @@ def curvature_in_m18(evidence: Evidence) -> Judgement:
 
 
 def order_of_m18(evidence: Evidence) -> Judgement:
-    """III-C.13: is cos(κs/l) - 1 of second and M18 of first order in κ?"""
+    """Judge III-C.13: is cos(κs/l) - 1 of second and M18 of first order in κ?"""
     vehicle = _regular(evidence.vehicle)
     cosine = float(lowest_powers(lambda x: np.cos(x) - 1.0, 0.5))
     lowest = _lowest_powers_of_kappa(vehicle, 1)
@@ -256,14 +256,14 @@ def order_of_m18(evidence: Evidence) -> Judgement:
 
 
 def slopes_of_m18(vehicle: Vehicle, q: Array, angles: Array) -> Array:
-    """Slopes of log |M18| between bends κ l (n,), of Appendix B at the tip: (n - 1,)."""
+    """Return slopes of log |M18| between bends κ l (n,), of Appendix B at the tip: (n - 1,)."""
     length = vehicle.arm.length
     values = [equations.appendix_b(vehicle, _with_bend(q, x / length), length)[1] for x in angles]
     return np.diff(np.log(np.abs(values))) / np.diff(np.log(angles))
 
 
 def entry_dependence(evidence: Evidence) -> Judgement:
-    """III-C.14: do the coupling elements have different leading powers of κ?"""
+    """Judge III-C.14: do the coupling elements have different leading powers of κ?"""
     vehicle = _regular(evidence.vehicle)
     found: set[float] = set()
     for q, _ in random_states(vehicle.arm.length, ATTITUDES):
@@ -290,24 +290,24 @@ def _lowest_powers_of_kappa(vehicle: Vehicle, column: int) -> Array:
 
 
 def _printed_at(vehicle: Vehicle, q: Array, s: Any) -> Array:
-    """(M17, M18) as printed, as a function of s."""
+    """Return (M17, M18) as printed, as a function of s."""
     return np.array(equations.appendix_b(vehicle, q, s))
 
 
 def _both_at(vehicle: Vehicle, q: Array, column: int, κ: Any) -> Array:
-    """M17 or M18 as printed at the tip, and the element of M, as a function of κ."""
+    """Return M17 or M18 as printed at the tip, and the element of M, as a function of κ."""
     bent = _with_bend(q, κ)
     printed = equations.appendix_b(vehicle, bent, vehicle.arm.length)
     return np.array([printed[column], elements(vehicle, bent)[column]])
 
 
 def _block_at(vehicle: Vehicle, q: Array, κ: Any) -> Array:
-    """UAV-arm elements (6, 2) of M, as a function of κ."""
+    """Return UAV-arm elements (6, 2) of M, as a function of κ."""
     return equations.mass_matrix(vehicle, _with_bend(q, κ))[:6, 6:]
 
 
 def uav_arm_block(vehicle: Vehicle, q: Array) -> Array:
-    """UAV-arm elements (6, 2) of M in multiples of the arm's length, all in kg m²."""
+    """Return UAV-arm elements (6, 2) of M in multiples of the arm's length, all in kg m²."""
     units = natural_units(vehicle.arm.length)
     return (units[:, None] * equations.mass_matrix(vehicle, q) * units)[:6, 6:]
 
@@ -318,14 +318,14 @@ def significant(block: Array) -> Array:
 
 
 def _with_bend(q: Array, κ: Any) -> Array:
-    """Coordinates with another bend, complex or not."""
+    """Return coordinates with another bend, complex or not."""
     bent = q.astype(np.result_type(q, type(κ)))
     bent[6] = κ
     return bent
 
 
 def _regular(vehicle: Vehicle) -> Vehicle:
-    """The vehicle without Remark 1 and without disks, as the paper's Assumption 1 has it."""
+    """Return the vehicle without Remark 1 and without disks, as the paper's Assumption 1 has it."""
     return vehicle.replace({"arm.kappa_s": 0.0, "arm.disks": ()})
 
 

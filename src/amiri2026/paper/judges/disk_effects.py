@@ -1,4 +1,4 @@
-"""Judges of Assumption 1 of III-C: what disks add to the energies, and to the coupling."""
+"""Judges of Assumption 1 of III-C: contributions of disks to the energies and the coupling."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _DISKS = (
 
 
 def assumption_on_disks(evidence: Evidence) -> Judgement:
-    """III-C.15: do disks count for little in the energies of the arm?"""
+    """Judge III-C.15: do disks count for little in the energies of the arm?"""
     radii = sorted({evidence.vehicle.arm.radius, *RADII})
     vehicles = dict.fromkeys([load_vehicle(TABLE_VEHICLE), *of_radii(evidence.vehicle, radii)])
     return over_cases([_energies(each) for each in vehicles], _DISKS)
@@ -48,7 +48,7 @@ def of_radii(vehicle: Vehicle, radii: list[float]) -> list[Vehicle]:
 
 
 def _energies(vehicle: Vehicle) -> Case:
-    """Whether disks make up little of both energies of the arm in Tests A to D."""
+    """Return whether disks make up little of both energies of the arm in Tests A to D."""
     shares = {test: shares_of_energy(vehicle, test) for test in OPEN_LOOP_TESTS}
     worst = largest(of_arm.larger for of_arm, _ in shares.values())
     of_arm, of_all = (each.kinetic for each in shares["B"])
@@ -66,7 +66,7 @@ def _radius(vehicle: Vehicle) -> str:
 
 
 def effect_of_disks(evidence: Evidence) -> Judgement:
-    """III-C.16: do disks only amplify the coupling, and leave the order of the errors?"""
+    """Judge III-C.16: do disks only amplify the coupling, and leave the order of the errors?"""
     own = evidence.vehicle
     radii = list(dict.fromkeys([own.arm.radius, RADII[0]]))
     cases = []

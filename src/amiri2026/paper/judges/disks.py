@@ -1,4 +1,4 @@
-"""Spacer disks of a published tendon-driven arm, and what they are beside the backbone.
+"""Spacer disks of a published tendon-driven arm, and their share beside the backbone.
 
 The paper prints no disks. These are of the arm of Till, Aloi and Rucker, "Real-time dynamics of
 soft and continuum robots based on Cosserat rod models", Int. J. Robotics Research 38 (2019), with
@@ -39,7 +39,7 @@ RADII = (0.001, 0.005, 0.010)
 _GRAVITY, _BETWEEN_SAMPLES = 9.81, 0.05
 
 _SAME = 0.01
-"""The share within which what is found with two tolerances is the same."""
+"""Relative difference within which results of two tolerances count as equal."""
 
 _STRAIGHT = 1e-6
 """Bend angle up to which an arm counts as straight [rad]."""
@@ -61,7 +61,7 @@ def with_disks(vehicle: Vehicle) -> Vehicle:
 
 @dataclass(frozen=True)
 class Shares:
-    """What the disks make up of kinetic and of potential energy along a flight."""
+    """Shares of the disks in kinetic and in potential energy along a flight."""
 
     kinetic: float
     potential: float
@@ -73,10 +73,10 @@ class Shares:
 
 
 def shares_of_energy(vehicle: Vehicle, test: str) -> tuple[Shares, Shares]:
-    """Shares of the disks in the energies of the arm, and in those of the whole vehicle.
+    """Return shares of the disks in the energies of the arm, and in those of the whole vehicle.
 
-    Along the coupled flight of a test with disks. Energies are summed over its samples, potential
-    energy as what it has changed since the start; up to its end, if it ends early. NaN where a
+    They are computed along the coupled flight of a test with disks, up to its end if it ends early.
+    Energies are summed over its samples, potential energy as its change since the start. NaN if a
     tenth of the tolerance changes them.
     """
     full = with_disks(vehicle)
@@ -111,7 +111,7 @@ def states_of_tests(vehicle: Vehicle) -> Array:
 
 
 def errors_of_tests(vehicle: Vehicle) -> dict[str, float]:
-    """RMSE of the tip between the decoupled and the coupled flight [m], by test; NaN where a
+    """Return RMSE of the tip between the decoupled and the coupled flight [m], by test; NaN where a
     tenth of the tolerance changes it."""
 
     def error(test: str, rtol: float) -> Array:
@@ -128,7 +128,7 @@ def _fly(vehicle: Vehicle, test: str, rtol: float) -> xr.Dataset:
 
 
 def _settled(found_within: Callable[[float], Array]) -> Array:
-    """What is found within RTOL; NaN unless a tenth of it gives the same."""
+    """Return the values found within RTOL; NaN unless a tenth of it gives the same."""
     with angles_unread():
         found, finer = found_within(RTOL), found_within(0.1 * RTOL)
     same = (np.abs(found - finer) <= _SAME * np.abs(finer)).all()
@@ -136,7 +136,7 @@ def _settled(found_within: Callable[[float], Array]) -> Array:
 
 
 def _motion(vehicle: Vehicle, flown: xr.Dataset) -> tuple[Array, Array]:
-    """q and q̇ (samples, 8) of a flight."""
+    """Return q and q̇ (samples, 8) of a flight."""
     flown = flown.sel(time=slice(None, float(flown["end_time"])))
     q, *state = (flown[name].to_numpy() for name in ("q", *_STATE))
     # Logged in body axes, integrated in world axes.
@@ -145,14 +145,14 @@ def _motion(vehicle: Vehicle, flown: xr.Dataset) -> tuple[Array, Array]:
 
 
 def _energies(vehicle: Vehicle, q: Array, qd: Array) -> Array:
-    """Kinetic energy, and the change of the potential energy, (2, samples) [J]."""
+    """Return the kinetic energy, and the change of the potential energy, (2, samples) [J]."""
     kinetic = [equations.kinetic_energy(vehicle, *row) for row in zip(q, qd, strict=True)]
     potential = [equations.potential_energy(vehicle, row) for row in q]
     return np.array([kinetic, np.subtract(potential, potential[0])])
 
 
 def _energies_of_uav(vehicle: Vehicle, q: Array, qd: Array) -> Array:
-    """The same of the UAV alone."""
+    """Return the same of the UAV alone."""
     uav = vehicle.uav
     kinetic = 0.5 * uav.mass * (qd[:, :3] ** 2).sum(axis=1)
     spins = [

@@ -24,7 +24,7 @@ TIP_AXES, INERTIAL_AXES = "J_t in tip axes", "J_t in inertial axes"
 
 
 def power_balance(evidence: Evidence) -> Judgement:
-    """III-C.3: is the power of Eq. (10) that of τ and of a wrench which acts on the tip?"""
+    """Judge III-C.3: is the power of Eq. (10) that of τ and of a wrench which acts on the tip?"""
     gaps = gaps_in_power(evidence.vehicle)
     median = {reading: float(np.median(found)) for reading, found in gaps.items()}
     corrected = largest_gap(gaps[1, INERTIAL_AXES], AGREES)
@@ -72,9 +72,13 @@ def gaps_in_power(vehicle: Vehicle) -> dict[tuple[int, str], list[float]]:
 
 
 def power(vehicle: Vehicle, q: Array, qd: Array, qdd: Array) -> float:
-    """The rate of K + U of Eqs. (8) and (9) [W], U by its own slopes."""
+    """Return the rate of K + U of Eqs. (8) and (9) [W], U by its derivatives."""
     mass_rate = np.imag(equations.mass_matrix(vehicle, q + 1e-30j * qd)) / 1e-30
-    slopes = [partial(lambda x: equations.potential_energy(vehicle, x), q, i) for i in range(8)]
+
+    def potential(x: Array) -> Array:
+        return np.asarray(equations.potential_energy(vehicle, x))
+
+    slopes = [partial(potential, q, i) for i in range(8)]
     M = equations.mass_matrix(vehicle, q)
     return float(qd @ M @ qdd + 0.5 * qd @ mass_rate @ qd + np.array(slopes) @ qd)
 
@@ -85,11 +89,11 @@ MEANINGS: dict[Decoupled, str] = {
     "uav blocks": "position, attitude and arm as three blocks",
     "element, full C": "M diagonal, C whole",
 }
-"""What the off-diagonal elements may mean, by the names of `Reading.decoupled`."""
+"""Meanings of the off-diagonal elements, by the names of `Reading.decoupled`."""
 
 
 def readings_of_decoupled(evidence: Evidence) -> Judgement:
-    """III-C.5: which off-diagonal elements are zero in the model of the paper's results?"""
+    """Judge III-C.5: which off-diagonal elements are zero in the model of the paper's results?"""
     cases = []
     for meaning, name in MEANINGS.items():
         table = evidence.table
@@ -106,7 +110,7 @@ def readings_of_decoupled(evidence: Evidence) -> Judgement:
 
 
 def _elements_beside_blocks(evidence: Evidence) -> Case:
-    """Whether errors of the tip are those of zeroed blocks with each other meaning, for the
+    """Return whether errors of the tip are those of zeroed blocks with each other meaning, for the
     vehicle."""
     errors = {
         meaning: [

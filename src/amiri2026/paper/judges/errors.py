@@ -146,8 +146,10 @@ def errors(evidence: Evidence, key: str = "rmse_t_m") -> Errors:
 
 
 def possible(evidence: Evidence, key: str = "rmse_t_m") -> Iterator[Errors]:
-    """Yield all that `errors` may be: where flights have not converged, the ends of what their
-    relative errors leave open."""
+    """Yield all that `errors` may be.
+
+    If flights have not converged, these are the bounds that their relative errors leave open.
+    """
     ours = errors(evidence, key)
     ranges = []
     for letter, entries in evidence.open_loop.results["tests"].items():

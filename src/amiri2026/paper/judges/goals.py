@@ -1,4 +1,4 @@
-"""Judges of what the conclusions say of visual tracking, V.13 to V.15."""
+"""Judges of the conclusions on visual tracking, V.13 to V.15."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SUBPIXEL = 1.0
 
 
 def tasks_done(evidence: Evidence) -> Judgement:
-    """V.13: does the law complete the task with either plant?"""
+    """Judge V.13: does the law complete the task with either plant?"""
     note = f"1 px as success is our reading. {OURS}"
     return over_loops(evidence, completed, (OFF, PRINTED_G), note=note)
 
@@ -56,7 +56,7 @@ def completed(loop: Loop) -> Judgement:
 
 
 def start_and_end(evidence: Evidence) -> Judgement:
-    """V.14: do the plants differ at the start, and track alike at the end?"""
+    """Judge V.14: do the plants differ at the start, and track alike at the end?"""
     return over_loops(evidence, alike_at_the_end, (ALIGNED, GRAVITY), (OFF, PRINTED_G))
 
 
@@ -83,7 +83,7 @@ def alike_at_the_end(loop: Loop) -> Judgement:
 
 
 def robust_law(evidence: Evidence) -> Judgement:
-    """V.15: does the law make up for a simplified model?"""
+    """Judge V.15: does the law make up for a simplified model?"""
     letters = evidence.tracking.results["letters"]
     frozen = largest(entry["independent"]["rms_px"] for entry in letters.values())
     kept = "does not come to the end" if math.isnan(frozen) else f"keeps {frozen:.2g} px"

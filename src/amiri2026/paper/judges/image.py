@@ -1,4 +1,4 @@
-"""Judges of the section on control, III-D: what its camera sees, Eqs. (11) to (14), and J_L."""
+"""Judges of the section on control, III-D: the camera's image, Eqs. (11) to (14), and J_L."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ AGREES = 1e-6
 """Relative; central differences reach 1e-9."""
 
 APART = 1e-5
-"""Seconds between the two sides of a central difference, and what is in their middle."""
+"""Seconds between the two sides of a central difference, and their middle."""
 
 
 FEATURES, TWIST = "features' rate", "camera's twist"
@@ -44,7 +44,7 @@ TEXT = ("J_t in tip axes", "T_e from Euler rates")
 
 
 def camera_from_image(_: Evidence) -> Judgement:
-    """III-D.1: does L give the camera's twist from the motion of the image?"""
+    """Judge III-D.1: does L give the camera's twist from the motion of the image?"""
     rng = np.random.default_rng(1)
     conditions, errors = [], []
     for n in (3, 4, 6):
@@ -55,7 +55,7 @@ def camera_from_image(_: Evidence) -> Judgement:
             conditions.append(sizes[-1] / sizes[0])
             found = np.linalg.pinv(L) @ image_rate(points, twist)
             errors.append(np.linalg.norm(found - twist) / np.linalg.norm(twist))
-    # What rounding leaves of a matrix of rank 5 is below 1e-15.
+    # Rounding leaves a matrix of rank 5 a sixth singular value below 1e-15.
     rank_6 = bool(min(conditions) > 1e-12)
     view = judged(
         rank_6 and bool(max(errors) < 1e-9),
@@ -74,7 +74,7 @@ def below(error: float, limit: float = AGREES) -> str:
 
 
 def points_in_view(rng: np.random.Generator, n: int) -> Array:
-    """Points (n, 3) in camera axes, 1 to 3 m away and up to 27° off the optical axis [m]."""
+    """Return points (n, 3) in camera axes, 1 to 3 m away and up to 27° off the optical axis [m]."""
     image, depth = rng.uniform(-0.5, 0.5, (n, 2)), rng.uniform(1.0, 3.0, (n, 1))
     return np.asarray(np.hstack([image * depth, depth]))
 
@@ -87,7 +87,7 @@ def image_rate(points: Array, twist: Array) -> Array:
 
 
 def error_rate(evidence: Evidence) -> Judgement:
-    """III-D.4: is ė = -L(v_c - v_t), for the e in pixels that the section defines?"""
+    """Judge III-D.4: is ė = -L(v_c - v_t), for the e in pixels that the section defines?"""
     camera = evidence.vehicle.camera
     rng = np.random.default_rng(4)
     pixels, normalised, at_centroid = [], [], []
@@ -123,7 +123,7 @@ def error_rate(evidence: Evidence) -> Judgement:
 
 
 def seen_after(time: float, points: Array, camera: Array, target: Array) -> Array:
-    """Image (2n,) of points that move as a body, seen by a camera that moves.
+    """Return the image (2n,) of points that move as a body, from a camera that moves.
 
     points: (n, 3) in camera axes at time 0. camera: its twist in its own axes; target: velocity of
     the points' centre and angular velocity, in camera axes at time 0.
@@ -136,12 +136,12 @@ def seen_after(time: float, points: Array, camera: Array, target: Array) -> Arra
 
 
 def off(found: Array, right: Array) -> float:
-    """Difference of two vectors, relative."""
+    """Return the difference of two vectors, relative."""
     return float(np.linalg.norm(found - right) / np.linalg.norm(right))
 
 
 def bounded_target(_: Evidence) -> Judgement:
-    """III-D.6: are velocity, acceleration and jerk bounded while the letters are traced?"""
+    """Judge III-D.6: are velocity, acceleration and jerk bounded while the letters are traced?"""
     duration = SETTINGS["nominal"].duration
     counts = (20_001, 80_001)
     largest, growth, jump = np.zeros(3), 0.0, 0.0
@@ -168,7 +168,7 @@ def bounded_target(_: Evidence) -> Judgement:
 
 
 def norms(path: paths.Path, count: int) -> Array:
-    """Largest speed, acceleration and jerk (3,) of a path at that many times; SI units."""
+    """Return largest speed, acceleration and jerk (3,) of a path at that many times; SI units."""
     time = np.linspace(0.0, path.duration, count)
     _, velocity, acceleration = path(time)
     jerk = np.diff(acceleration, axis=0) / np.diff(time)[:, None]
@@ -185,7 +185,7 @@ def corner_jump(name: str, duration: float) -> float:
 
 
 def pixel_size(evidence: Evidence) -> Judgement:
-    """III-D.9: does the pixel's size drop out of Eq. (13) if all its values are in pixels?"""
+    """Judge III-D.9: does the pixel's size drop out of Eq. (13) if all its values are in pixels?"""
     lens, sizes = 4e-3, (1e-6, 3e-6, 10e-6)
     centre = np.asarray(evidence.vehicle.camera.principal_point)
     points = points_in_view(np.random.default_rng(9), DRAWS)
@@ -208,7 +208,7 @@ def pixel_size(evidence: Evidence) -> Judgement:
 
 
 def matrix_of_a_point(_: Evidence) -> Judgement:
-    """III-D.10: are the twelve entries of Eq. (14) the slopes of the projection?"""
+    """Judge III-D.10: are the twelve entries of Eq. (14) the slopes of the projection?"""
     rng = np.random.default_rng(10)
     worst = np.zeros((2, 6))
     for point in points_in_view(rng, DRAWS):
@@ -233,7 +233,7 @@ def slope(point: Array, twist: Array) -> Array:
 
 
 def image_jacobian_as_printed(evidence: Evidence) -> Judgement:
-    """III-D.12: do the sizes fit, and is J_L q̇ as printed a motion of camera or features?"""
+    """Judge III-D.12: do the sizes fit, and is J_L q̇ as printed a motion of camera or features?"""
     vehicle = evidence.vehicle
     fitting = [n for n in range(3, 9) if sizes_fit(n)]
     errors = printed_errors(vehicle, np.random.default_rng(12))
@@ -288,7 +288,7 @@ def sizes_fit(n: int) -> bool:
 
 
 def listed(values: list[int]) -> str:
-    """Whole numbers as evidence prints them."""
+    """Format whole numbers as evidence prints them."""
     return " and ".join(str(value) for value in values) or "no number of points"
 
 

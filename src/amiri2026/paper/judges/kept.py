@@ -1,4 +1,4 @@
-"""Whether what a flight loses is its model's or an error of the integration."""
+"""Whether a loss along a flight is due to its model or to an error of the integration."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ FINE = 1e-9
 UNRESOLVED = f"a tolerance of {FINE:g} does not resolve this flight yet"
 
 _SMALL = 0.01
-"""Error estimate of a flight that tells of a loss, as a share of the least loss that counts."""
+"""Largest error estimate of a flight that decides on a loss, over the least loss."""
 
 
 def is_unresolved(loss: float, most: float, error_estimate: float) -> bool:

@@ -43,7 +43,7 @@ Rate = Callable[[Array, Array], Array]
 
 
 def arc_of_constant_curvature(evidence: Evidence) -> Judgement:
-    """III-A.4: are Eqs. (1) and (2) the points of a circular arc?"""
+    """Judge III-A.4: are Eqs. (1) and (2) the points of a circular arc?"""
     s = evidence.vehicle.arm.length
     at = np.array([q[6:] for q, _ in random_states(s)])
     arcs = integrated_arcs(s, *at.T)
@@ -63,7 +63,7 @@ def arc_of_constant_curvature(evidence: Evidence) -> Judgement:
 
 
 def integrated_arcs(s: float, κ: Array, ψa: Array) -> Array:
-    """Points (n, 3) at s [m] of arcs from OFFSET: P' = T, T' = κ N, N' = -κ T, by RK4."""
+    """Return points (n, 3) at s [m] of arcs from OFFSET: P' = T, T' = κ N, N' = -κ T, by RK4."""
     nil, one = np.zeros_like(κ), np.ones_like(κ)
     along = np.moveaxis(np.array([[nil, one, nil], [nil, nil, κ], [nil, -κ, nil]]), -1, 0)
     y = np.empty((len(κ), 3, 3))
@@ -79,7 +79,7 @@ def integrated_arcs(s: float, κ: Array, ψa: Array) -> Array:
 
 
 def velocity_of_a_point(evidence: Evidence) -> Judgement:
-    """III-A.6: is the rate of Eq. (1) what Eq. (3) says?"""
+    """Judge III-A.6: is the rate of Eq. (1) what Eq. (3) says?"""
     s = evidence.vehicle.arm.length
     at = _printed_point(s)
     worst = largest_gap(
@@ -98,7 +98,7 @@ def velocity_of_a_point(evidence: Evidence) -> Judgement:
 
 
 def jacobian_of_equation_2(evidence: Evidence) -> Judgement:
-    """III-A.7: are the entries of Appendix A the derivatives of Eq. (2)?"""
+    """Judge III-A.7: are the entries of Appendix A the derivatives of Eq. (2)?"""
     s = evidence.vehicle.arm.length
     up, hanging = (entry_gaps(s, sign) for sign in (1.0, -1.0))
     agree = [int((gaps <= AGREES).sum()) for gaps in (up, hanging)]
@@ -136,7 +136,7 @@ def entry_gaps(s: float, sign: float) -> Array:
 
 
 def rate_of_a_section(evidence: Evidence) -> Judgement:
-    """III-A.8: is the rate of R_s the sum in Eq. (4), and is it in so(3)?"""
+    """Judge III-A.8: is the rate of R_s the sum in Eq. (4), and is it in so(3)?"""
     s = evidence.vehicle.arm.length
     sums, rates, products = [], [], []
     for section in (_section(s, frame) for frame in ("frenet", "untwisted")):
@@ -172,7 +172,7 @@ def rate_of_a_section(evidence: Evidence) -> Judgement:
 
 
 def rotational_jacobian(evidence: Evidence) -> Judgement:
-    """III-A.10: are both columns of Eq. (5) the spin of one frame?"""
+    """Judge III-A.10: are both columns of Eq. (5) the spin of one frame?"""
     s = evidence.vehicle.arm.length
     worst = {
         (frame, sign): largest_gap(
@@ -201,7 +201,7 @@ def rotational_jacobian(evidence: Evidence) -> Judgement:
 
 
 def jacobian_of_a_section(evidence: Evidence) -> Judgement:
-    """III-B.3: do J_p and J_o as printed give velocity and angular velocity of a section?"""
+    """Judge III-B.3: do J_p and J_o as printed give velocity and angular velocity of a section?"""
     vehicle = _regular(evidence.vehicle)
     parts = _parts_of_the_jacobian(vehicle)
     errors = {name: _errors_by_matrix(vehicle.arm.length, *of) for name, of in parts.items()}
@@ -258,7 +258,7 @@ def _parts_of_the_jacobian(vehicle: Vehicle) -> dict[str, tuple[Columns, Rate]]:
 
 
 def _errors_by_matrix(s: float, columns: Columns, right: Rate) -> dict[str, list[float]]:
-    """Relative errors of a Jacobian at random states, by the matrix in place of T_e.
+    """Return relative errors of a Jacobian at random states, by the matrix in place of T_e.
 
     s: the arm's length [m]. columns: the Jacobian with T_e in world axes. right: the rate that it
     should give, of q and q̇.
@@ -273,14 +273,14 @@ def _errors_by_matrix(s: float, columns: Columns, right: Rate) -> dict[str, list
 
 
 def replaced(columns: Array, q: Array, matrix: Array) -> Array:
-    """A Jacobian in which another matrix stands for T_e."""
+    """Return a Jacobian in which another matrix stands for T_e."""
     changed = columns.copy()
     changed[:, 3:6] = columns[:, 3:6] @ np.linalg.inv(equations.euler_rate_matrix(q)) @ matrix
     return changed
 
 
 def body_rate_matrix(q: Array) -> Array:
-    """Euler rates to angular velocity in axes of the UAV."""
+    """Return Euler rates to angular velocity in axes of the UAV."""
     return equations.rotation(q).T @ equations.euler_rate_matrix(q)
 
 
@@ -289,11 +289,11 @@ READINGS_OF_T_E: dict[str, Callable[[Array], Array]] = {
     "T_e⁻¹ in axes of the world": lambda q: np.linalg.inv(equations.euler_rate_matrix(q)),
     "T_e⁻¹ in axes of the UAV": lambda q: np.linalg.inv(body_rate_matrix(q)),
 }
-"""What stands in the columns of the Euler rates of J_p and J_o, by the reading."""
+"""Factors in the columns of the Euler rates of J_p and J_o, by the reading."""
 
 
 def euler_rate_mapping(evidence: Evidence) -> Judgement:
-    """III-B.5: is the ZYX mapping of Euler rates the one that J_p2 and J_o2 need?"""
+    """Judge III-B.5: is the ZYX mapping of Euler rates the one that J_p2 and J_o2 need?"""
     vehicle = _regular(evidence.vehicle)
     s = vehicle.arm.length
     errors: dict[str, list[float]] = {"world": [], "UAV": []}
@@ -318,7 +318,7 @@ def euler_rate_mapping(evidence: Evidence) -> Judgement:
 
 
 def appendix_a(evidence: Evidence) -> Judgement:
-    """App-A.1: is the matrix the Jacobian of a hanging arm, with finite limits?"""
+    """Judge app-A.1: is the matrix the Jacobian of a hanging arm, with finite limits?"""
     s = evidence.vehicle.arm.length
     hangs = largest_gap(entry_gaps(s, -1.0).ravel(), AGREES)
     points_up = float(entry_gaps(s, 1.0).max())
@@ -336,12 +336,12 @@ def appendix_a(evidence: Evidence) -> Judgement:
 
 
 def _regular(vehicle: Vehicle) -> Vehicle:
-    """The vehicle without Remark 1, the arm's base beside the UAV's centre."""
+    """Return the vehicle without Remark 1, the arm's base beside the UAV's centre."""
     return vehicle.replace({"arm.kappa_s": 0.0, "uav.mount": vehicle.arm.length * OFFSET})
 
 
 def _printed_point(s: float, sign: float = 1.0) -> Callable[[Array], Array]:
-    """Eqs. (1) and (2) as a function of q; sign -1 lets the arm hang."""
+    """Return Eqs. (1) and (2) as a function of q; with sign -1 the arm hangs."""
 
     def at(q: Array) -> Array:
         return as_printed.position(s * OFFSET, s, q[6], q[7]) * [1.0, 1.0, sign]
@@ -362,12 +362,12 @@ def _section(s: float, frame: str, sign: float = 1.0) -> Callable[[Array], Array
 
 
 def _spin(section: Callable[[Array], Array], q: Array) -> Array:
-    """Angular velocity per rate of κ and of ψa, (3, 2), in axes of the base."""
+    """Return angular velocity per rate of κ and of ψa, (3, 2), in axes of the base."""
     return np.column_stack([spin_of(partial(section, q, k) @ section(q).T) for k in (6, 7)])
 
 
 def _symmetric_share(matrix: Array) -> float:
-    """The norm of a matrix' symmetric part over that of the matrix."""
+    """Return the norm of a matrix' symmetric part over that of the matrix."""
     return float(np.linalg.norm(0.5 * (matrix + matrix.T)) / np.linalg.norm(matrix))
 
 

@@ -45,13 +45,13 @@ GROWS = 0.5
 """Rank correlation from which on one thing grows with another."""
 
 GONE = 0.01
-"""Share of its largest to which what goes to zero has fallen in the end."""
+"""Share of its largest value below which a quantity counts as converged to zero."""
 
 DRAWN = "gains drawn at random"
 
 
 def theorem(evidence: Evidence) -> Judgement:
-    """III-D.13: is the error bounded in the end, from every start and with any gains?"""
+    """Judge III-D.13: is the error bounded in the end, from every start and with any gains?"""
     found = evidence.theorem
     made = [flown for flown in found.sets if flown.made]
     drawn = [flown for flown in found.sets if not flown.made]
@@ -181,7 +181,7 @@ def rises(flown: Flown) -> Array:
 
 
 def convergence(evidence: Evidence) -> Judgement:
-    """III-D.18: do v_c and e_a converge to the printed set?"""
+    """Judge III-D.18: do v_c and e_a converge to the printed set?"""
     found = evidence.theorem
     name, rest, λ = evidence.vehicle.name, "target at rest", lambda_of(found)
     steady = f"{MADE}, target at {SPEED:g} m/s"
@@ -290,7 +290,7 @@ def corrected_r_max(flown: Flown, found: Theorem) -> float:
 
 
 def bound_of_error(evidence: Evidence) -> Judgement:
-    """III-D.19: does a bound of e in the end follow from one of e_a?"""
+    """Judge III-D.19: does a bound of e in the end follow from one of e_a?"""
     rng = np.random.default_rng(19)
     trials = [ultimate_share(draw_gains(rng)) for _ in range(100)]
     found = evidence.theorem
@@ -317,9 +317,9 @@ def error_bound(gains: Gains, largest: float) -> float:
 
 
 def ultimate_share(gains: Gains, largest: float = 1.0) -> float:
-    """Return where e ends from 100 times its bound, as a share of it, under an e_a along e.
+    """Return the final e from 100 times its bound, as a share of it, under an e_a along e.
 
-    Implicit Euler in the linear terms, stable at any step, until what is slowest has decayed.
+    Implicit Euler in the linear terms, stable at any step, until the slowest mode has decayed.
     """
     bound = error_bound(gains, largest)
     slowest = float(np.linalg.eigvals(np.linalg.solve(gains["Cd"], gains["Cp"])).real.min())

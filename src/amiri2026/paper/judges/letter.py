@@ -1,4 +1,4 @@
-"""Letter M flown once more: with another tolerance or control period, and what couples along it."""
+"""Letter M again: with another tolerance or control period, and the coupling along it."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from continuair import Vehicle, accelerations, load_gains, simulate
 from continuair.analysis import bending_frequencies, mass_distribution, samples
 from continuair.equations import interaction_matrix, to_normalised
 from continuair.scenario import SETTINGS, equipped, task
+from continuair.typing import Model
 
 Array = np.ndarray
 
@@ -25,14 +26,14 @@ which central differences twice lose 3 %, at least."""
 
 
 def flown(evidence: Evidence, model: str) -> xr.Dataset:
-    """Letter M of the study, over time."""
+    """Return letter M of the study, over time."""
     return evidence.letter.datasets["nominal"].sel(letter="M", model=model)
 
 
 def fly(
-    evidence: Evidence, model: str, period: float = 1e-3, sample: float = SAMPLE, **options: Any
+    evidence: Evidence, model: Model, period: float = 1e-3, sample: float = SAMPLE, **options: Any
 ) -> xr.Dataset:
-    """Letter M of the study again; period: of control [s]; options: those of `simulate`."""
+    """Return letter M of the study again; period: of control [s]; options: those of `simulate`."""
     vehicle = equipped(evidence.vehicle, NOMINAL)
     controller = load_gains("paper").controller(vehicle)
     scenario = task(vehicle, ["M"], controller, NOMINAL.duration).replace(control_period=period)
@@ -40,14 +41,16 @@ def fly(
     return found.isel(run=0)
 
 
-def finer(evidence: Evidence, model: str, *names: str) -> xr.Dataset:
-    """Letter M of the study within a tenth of its tolerance, with steps of at most half a control
-    period; names: of the variables to keep."""
+def finer(evidence: Evidence, model: Model, *names: str) -> xr.Dataset:
+    """Return letter M within a tenth of the study's tolerance, with at least two steps per update.
+
+    names: of the variables to keep.
+    """
     return fly(evidence, model, rtol=1e-5, max_step=5e-4, variables=names)
 
 
-def first_acceleration(vehicle: Vehicle, start: xr.Dataset, plant: str) -> Array:
-    """How the command of a flight's start, at rest, moves the UAV of a plant (3,) [m/s²]."""
+def first_acceleration(vehicle: Vehicle, start: xr.Dataset, plant: Model) -> Array:
+    """Return the acceleration of a plant's UAV under the first command, at rest (3,) [m/s²]."""
     attitude, bend, command = (start[name].to_numpy() for name in ("attitude", "bend", "command"))
     force, moment, bend_moment = np.split(command, [3, 6])
     return accelerations(
@@ -62,8 +65,10 @@ def first_acceleration(vehicle: Vehicle, start: xr.Dataset, plant: str) -> Array
 
 
 def image_slopes(flight: xr.Dataset, vehicle: Vehicle) -> Array:
-    """J_L's columns of the UAV's translation (time, 2n, 3): the image's rate per speed [1/m]; NaN
-    after the end of a flight."""
+    """Return J_L's columns of the UAV's translation (time, 2n, 3) [1/m].
+
+    They are the image's rate per speed; NaN after the end of a flight.
+    """
     attitude = samples(flight, "camera_attitude", "quaternion")
     flying = np.linalg.norm(attitude, axis=-1) > 0.0
     seen = to_normalised(vehicle.camera, samples(flight, "features", "pixel")[flying])
@@ -98,6 +103,6 @@ def forces_on_uav(evidence: Evidence) -> tuple[Array, Array]:
 
 
 def _finer(vehicle: Vehicle) -> int:
-    """How many times as many samples as the study's follow the swings of the arm."""
+    """Return the factor on the study's samples at which they resolve the swings of the arm."""
     swing = 2.0 * np.pi / max(bending_frequencies(vehicle))
     return int(np.ceil(SAMPLE / min(_LONGEST, swing / _PER_SWING) - 1e-9))

@@ -1,4 +1,4 @@
-"""The four letters flown under choices that the paper does not print: start and compensation."""
+"""The four letters under choices that the paper does not print: start and compensation."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def nominal(evidence: Evidence) -> Loop:
 
 
 def reading(evidence: Evidence, *choices: str) -> str:
-    """Return the choices in words, with the structural damping that is flown."""
+    """Return the choices in words, with the structural damping used."""
     damping = float(excited_arm(equipped(evidence.vehicle, NOMINAL)).damping_ratio)
     return ", ".join([*choices, f"{percent(damping)} damping"])
 
@@ -102,7 +102,7 @@ def fly(
     vehicle, gains = equipped(evidence.vehicle, NOMINAL), load_gains("paper")
     law = Gains(gains.name, {**gains.settings, "compensation": compensation}).controller(vehicle)
     scenario = task(vehicle, letters, law, duration, off=off)
-    found = {
+    found: dict[str, xr.Dataset] = {
         plant: simulate(
             vehicle,
             scenario,

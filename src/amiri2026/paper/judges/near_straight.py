@@ -1,6 +1,6 @@
 """Judges of Remark 1 in III-A: the kinematics near a straight arm, and a threshold on κ.
 
-Eq. (2) and Appendix A are evaluated as printed, whose rounding errors are what is measured.
+Eq. (2) and Appendix A are evaluated as printed, to measure their rounding errors.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ DYNAMICS = "A threshold in the dynamics can change a flight in which ψa moves n
 
 
 def singularity_and_threshold(evidence: Evidence) -> Judgement:
-    """III-A.11: is the kinematics singular at κ = 0, and not with the threshold?"""
+    """Judge III-A.11: is the kinematics singular at κ = 0, and not with the threshold?"""
     s = evidence.vehicle.arm.length
     has_value = np.isfinite(_point_and_columns(s, 0.0)).all()
     ladder = [rank_share(s, κ / s) for κ in (1e-2, 1e-4)]
@@ -95,7 +95,7 @@ def stability_near_straight(evidence: Evidence) -> Judgement:
 
 
 def _told(flown: regularised.Flown) -> str:
-    """The effect of a threshold on a flight, as a sentence."""
+    """Return the effect of a threshold on a flight, as a sentence."""
     name = f"For {flown.vehicle} in Test {flown.test}, κ_s = {flown.κ_s:.2g} 1/m in M, C and J_t"
     if flown.ended:
         return f"{name}: {flown.ended}"
@@ -134,12 +134,12 @@ def rounding_error(length: float, κ: float) -> float:
 
 
 def _in_arm_lengths(length: float, κ: float) -> Array:
-    """Tip of Eq. (2) and columns of Appendix A (9,), bent towards x, as multiples of the length."""
+    """Return the tip of Eq. (2) and columns of Appendix A (9,), bent towards x, in arm lengths."""
     return _point_and_columns(length, κ) / np.repeat([length, length**2, length], 3)
 
 
 def _point_and_columns(s: float, κ: float) -> Array:
-    """Tip of Eq. (2) and columns of Appendix A (9,), bent towards x; NaN or inf without a value."""
+    """Return the tip of Eq. (2) and columns of Appendix A (9,), bent towards x, or NaN or inf."""
     with np.errstate(divide="ignore", invalid="ignore"):
         point = as_printed.position(np.zeros(3), s, κ, 0.0)
         columns = as_printed.appendix_a(s, κ, 0.0)

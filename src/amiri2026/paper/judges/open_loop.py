@@ -55,11 +55,11 @@ ANNOUNCED = {
     "initial bend",
     "initial roll",
 }
-"""What section IV says that IV-B varies."""
+"""Parameters that IV-B varies, according to section IV."""
 
 
 def identical_conditions(evidence: Evidence) -> Judgement:
-    """IV.2: is what the tolerance changes small beside the difference of the models?"""
+    """Judge IV.2: is what the tolerance changes small beside the difference of the models?"""
     study = evidence.open_loop.results
     cases = [
         Case(evidence.vehicle.name, BLOCKS, _finer_tolerance(study)),
@@ -84,7 +84,7 @@ def _finer_tolerance(study: Mapping[str, Any]) -> Judgement:
 
 
 def _tolerances(table: Mapping[str, Any]) -> list[Case]:
-    """Whether the numbers of `table1` keep with a longer tolerance."""
+    """Return whether the numbers of `table1` keep with a longer tolerance."""
     ours = np.array(table["ours"])
     by_tolerance = {name: np.array(rows) for name, rows in table["ours_by_tolerance"].items()}
     loose = fly_tests(load_vehicle(TABLE_VEHICLE), tolerance=LOOSE).table(READING)
@@ -104,7 +104,7 @@ def _tolerances(table: Mapping[str, Any]) -> list[Case]:
 
 
 def announced_excitations(evidence: Evidence) -> Judgement:
-    """IV.3: are an impulse, a chirp, an external wrench and a free fall among the inputs?"""
+    """Judge IV.3: are an impulse, a chirp, an external wrench and a free fall among the inputs?"""
     first, last = frequency_of_test_d(0.0), frequency_of_test_d(DURATION)
     tests = {letter: open_loop_test(letter) for letter in OPEN_LOOP_TESTS}
     found = {
@@ -138,7 +138,7 @@ def frequency_of_test_d(time: float, f0: float = 1.0, f1: float = 1.0, T: float 
 
 
 def varied_parameters(_: Evidence) -> Judgement:
-    """IV.4: does IV-B vary each of the six parameters?"""
+    """Judge IV.4: does IV-B vary each of the six parameters?"""
     return judged(
         {parameter.name for parameter in PARAMETERS.values()} == ANNOUNCED,
         f"section IV-B varies {', '.join(PARAMETERS)}, and so does the study of sensitivity here",
@@ -147,7 +147,7 @@ def varied_parameters(_: Evidence) -> Judgement:
 
 
 def strong_actuation(evidence: Evidence) -> Judgement:
-    """IV-A.3: is Test A's input a strong constant force on the UAV in world x alone?"""
+    """Judge IV-A.3: is Test A's input a strong constant force on the UAV in world x alone?"""
     tau = np.asarray(open_loop_test("A").tau, float)
 
     def view(vehicle: Vehicle) -> Judgement:
@@ -168,7 +168,7 @@ def _both(evidence: Evidence) -> list[Vehicle]:
 
 
 def free_fall(evidence: Evidence) -> Judgement:
-    """IV-A.4: does the centre of mass fall by ½ g t² in Test B?"""
+    """Judge IV-A.4: does the centre of mass fall by ½ g t² in Test B?"""
     return over_cases([Case(each.name, "coupled model", _falls(each)) for each in _both(evidence)])
 
 
@@ -187,7 +187,7 @@ def _falls(vehicle: Vehicle) -> Judgement:
 
 
 def off_free_fall(vehicle: Vehicle, flight: xr.Dataset) -> float:
-    """How far the centre of mass of a flight (one, time) gets from that of a free fall [m]."""
+    """Return the deviation of the centre of mass of a flight (one, time) from free fall [m]."""
     com, _ = mass_distribution(vehicle, samples(flight, "bend", "bend_axis"))
     (places,), time = centre_of_mass(flight, com), flight["time"].to_numpy()
     fall = np.outer(time**2, [0.0, 0.0, -0.5 * GRAVITY])
@@ -195,7 +195,7 @@ def off_free_fall(vehicle: Vehicle, flight: xr.Dataset) -> float:
 
 
 def excitation_of_the_arm(evidence: Evidence) -> Judgement:
-    """IV-A.5: are both of Test C's inputs torques in N m, and on the arm alone?"""
+    """Judge IV-A.5: are both of Test C's inputs torques in N m, and on the arm alone?"""
     arm, name = evidence.vehicle.arm, evidence.vehicle.name
     inputs = np.array([bend_torques(time) for time in np.linspace(0.0, DURATION, 101)])
     rows = judged(
@@ -227,7 +227,7 @@ def excitation_of_the_arm(evidence: Evidence) -> Judgement:
 
 
 def metres_in_the_force_on_bend(vehicle: Vehicle, kappa: str = CURVATURE) -> float:
-    """The power of the metre, beside the newton, in what is conjugate to κ: from E I l κ.
+    """Return the power of the metre, beside the newton, in what is conjugate to κ: from E I l κ.
 
     Measured: with all lengths doubled and forces kept, a force in N mⁿ grows by 2ⁿ. What is
     conjugate to the bend angle κ l is 1/l of what is conjugate to κ.

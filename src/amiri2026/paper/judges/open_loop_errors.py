@@ -58,7 +58,7 @@ LARGEST = {"position": 0.36, "rotation": 1.04}
 
 
 def metric(evidence: Evidence) -> Judgement:
-    """IV-A.7: can the printed NRMSE be what the table lists?"""
+    """Judge IV-A.7: can the printed NRMSE be what the table lists?"""
     table = evidence.table
     pooled = ablation(table, metric="pooled", axes="xyz")
     plane, joint = ablation(table, metric="pooled"), ablation(table, range="joint")
@@ -96,7 +96,7 @@ def nrmse_of(evidence: Evidence, test: str, scale: float = 1.0) -> float:
 
 
 def units_of_the_table(evidence: Evidence) -> Judgement:
-    """IV-A.8: has the printed metric the units of the table?"""
+    """Judge IV-A.8: has the printed metric the units of the table?"""
     once, doubled = nrmse_of(evidence, "B"), nrmse_of(evidence, "B", 2.0)
     table = evidence.table
     units = ablation(table, metric="rmse", axes="xyz")
@@ -114,7 +114,7 @@ def units_of_the_table(evidence: Evidence) -> Judgement:
 
 
 def table(evidence: Evidence) -> Judgement:
-    """IV-A.T1: does a vehicle give the eight numbers under one reading?"""
+    """Judge IV-A.T1: does a vehicle give the eight numbers under one reading?"""
     given = evidence.table
     readings = {
         NORMALISED: given,
@@ -152,7 +152,7 @@ def eight_numbers(ours: Array) -> Judgement:
 
 
 def largest_errors(evidence: Evidence) -> Judgement:
-    """IV-A.9: are the largest errors 0.36 m and 1.04 rad?"""
+    """Judge IV-A.9: are the largest errors 0.36 m and 1.04 rad?"""
 
     def printed(position: Errors, rotation: Errors) -> bool:
         return same(largest(position.values()), LARGEST["position"]) and same(
@@ -176,12 +176,12 @@ def largest_errors(evidence: Evidence) -> Judgement:
 
 
 def same(ours: float, printed: float) -> bool:
-    """Tell whether a number is that of the sentence."""
+    """Return whether a number is that of the sentence."""
     return abs(ours / printed - 1.0) <= SAME
 
 
 def position_by_test(evidence: Evidence) -> Judgement:
-    """IV-A.10: is the error in position largest in C and negligible in A?"""
+    """Judge IV-A.10: is the error in position largest in C and negligible in A?"""
 
     def view(found: TipErrors) -> Judgement:
         share = found.position["A"] / found.position["C"]
@@ -221,7 +221,7 @@ def _drawn_positions(evidence: Evidence) -> Case:
 
 
 def actuated_uav(evidence: Evidence) -> Judgement:
-    """IV-A.11: does actuating the UAV alone hardly change the tip's position?"""
+    """Judge IV-A.11: does actuating the UAV alone hardly change the tip's position?"""
 
     def view(found: TipErrors) -> Judgement:
         share = found.position["A"] / found.scale
@@ -260,7 +260,7 @@ def _drawn_actuations(evidence: Evidence) -> list[Case]:
 
 
 def external_force(evidence: Evidence) -> Judgement:
-    """IV-A.12: does an external force make the coupling matter?"""
+    """Judge IV-A.12: does an external force make the coupling matter?"""
 
     def view(found: TipErrors) -> Judgement:
         D, A = found.position["D"], found.position["A"]
@@ -307,7 +307,7 @@ def _force_on_the_uav(evidence: Evidence) -> Case:
 
 
 def rotation_by_test(evidence: Evidence) -> Judgement:
-    """IV-A.13: is the error in rotation largest where the UAV is actuated, Test A?"""
+    """Judge IV-A.13: is the error in rotation largest where the UAV is actuated, Test A?"""
 
     def view(found: TipErrors) -> Judgement:
         return judged_alike(

@@ -38,14 +38,14 @@ STRAIGHT = "straight arm at the start"
 
 
 def _judge(name: str, more: Callable[[Evidence], list[Case]], evidence: Evidence) -> Judgement:
-    """By the checks of the sentence with all sweeps, and by more cases."""
+    """Judge by the checks of the sentence with all sweeps, and by more cases."""
     claim = CLAIMS[name]
     cases = [_case(found, claim.checks) for found in swept(evidence)]
     return over_cases([*cases, *more(evidence)], claim.note)
 
 
 def _case(found: Swept, checks: tuple[Check, ...], reading: str = "") -> Case:
-    """The case of checks on sweeps; reading: what is added to that of f."""
+    """Return the case of checks on sweeps; reading: an addition to that of f."""
     told = f"{found.reading}, {reading}" if reading else found.reading
     return Case(found.vehicle, told, view(found.sweeps, checks))
 
@@ -55,7 +55,7 @@ def _none(evidence: Evidence) -> list[Case]:
 
 
 def _one_sweep(evidence: Evidence) -> list[Case]:
-    """IV-B.2 for vehicles that differ in one dimension of the arm alone."""
+    """Judge IV-B.2 for vehicles that differ in one dimension of the arm alone."""
     cases = []
     for found in swept(evidence):
         for name, plural in ((RADIUS, "radii"), (LENGTH, "lengths")):
@@ -65,13 +65,13 @@ def _one_sweep(evidence: Evidence) -> list[Case]:
 
 
 def _printed_radii(evidence: Evidence) -> list[Case]:
-    """IV-B.7 at the three radii that the paper prints."""
+    """Judge IV-B.7 at the three radii that the paper prints."""
     check = trend_of_few(RADIUS, "displacement_m", -1)
     return [_case(found, (check,), "the three printed radii") for found in of_the_vehicle(evidence)]
 
 
 def _large_bends(evidence: Evidence) -> list[Case]:
-    """IV-B.24 over the upper half of the bends, as the paper prints none of its three."""
+    """Judge IV-B.24 over the upper half of the bends, as the paper prints none of its three."""
     cases = []
     for found in of_the_vehicle(evidence):
         upper = {BEND: restricted(found.sweeps[BEND], 0.5)}
@@ -81,7 +81,7 @@ def _large_bends(evidence: Evidence) -> list[Case]:
 
 
 def _straight_start(evidence: Evidence) -> list[Case]:
-    """IV-B.9 from a straight arm, and for vehicles drawn: the paper prints no start."""
+    """Judge IV-B.9 from a straight arm, and for vehicles drawn: the paper prints no start."""
     vehicle, cases = load_vehicle(TABLE_VEHICLE), []
     for reading in (RADIANS, HERTZ):
         sweep = evidence.swept(vehicle, RADIUS, hertz=reading == HERTZ, straight=True)
@@ -102,7 +102,7 @@ _OF_EXCITATION = ("largest_bend_1_m", "com_travel_m", "inertia_change")
 
 
 def _share(drawn: DrawnSweep, holds: np.ndarray) -> Judgement:
-    """Whether a claim holds for most of the vehicles drawn."""
+    """Return whether a claim holds for most of the vehicles drawn."""
     count, of = int((holds & drawn.usable).sum()), int(drawn.usable.sum())
     left_out = f"; {VEHICLES - of} more are lost or not resolved" if of < VEHICLES else ""
     share = count / of if of else float("nan")
@@ -115,7 +115,7 @@ def _share(drawn: DrawnSweep, holds: np.ndarray) -> Judgement:
 
 
 def _longer_drawn(evidence: Evidence) -> list[Case]:
-    """IV-B.17 for vehicles drawn, and for one of those for which it holds."""
+    """Judge IV-B.17 for vehicles drawn, and for one of those for which it holds."""
     cases: list[Case] = []
     if evidence.quick:
         return cases
@@ -133,7 +133,7 @@ def _longer_drawn(evidence: Evidence) -> list[Case]:
 
 
 def _drawn_vehicle(vehicle: Vehicle, drawn: DrawnSweep, index: int) -> Vehicle:
-    """A vehicle drawn, named by what was drawn but its length, which the sweep varies."""
+    """Return a random vehicle, named by its parameters except the length, which varies."""
     fields: dict[str, Any] = {key: column[index] for key, column in drawn.fields.items()}
     name = (
         f"UAV of {fields['uav.mass']:.3g} kg with an arm of radius "
@@ -143,19 +143,19 @@ def _drawn_vehicle(vehicle: Vehicle, drawn: DrawnSweep, index: int) -> Vehicle:
 
 
 def _mere_payload(evidence: Evidence) -> Judgement:
-    """IV-B.8: rigid arms are flown in the vehicle's own studies alone."""
+    """Judge IV-B.8: rigid arms are flown in the vehicle's own studies alone."""
     checks = CLAIMS["IV-B.8"].checks
     known = of_the_vehicle(evidence)[: 1 if evidence.quick else 2]
     return over_cases([_case(found, checks) for found in known])
 
 
 def _moduli(evidence: Evidence) -> Judgement:
-    """IV-B.19: no flight is needed."""
+    """Judge IV-B.19: no flight is needed."""
     return judgement(evidence.sensitivity.results, "IV-B.19")
 
 
 def _frequency(evidence: Evidence) -> Judgement:
-    """IV-B.4: is the printed force repeated after the period of its frequency?"""
+    """Judge IV-B.4: is the printed force repeated after the period of its frequency?"""
     tenth, period = 0.1, 2.0 * np.pi / FREQUENCY
     printed = _unlike_after(tenth, TwoPhaseForce())
     in_hertz = _unlike_after(tenth, TwoPhaseForce(hertz=True))
@@ -176,7 +176,7 @@ def _frequency(evidence: Evidence) -> Judgement:
 
 
 def _unlike_after(period: float, force: TwoPhaseForce) -> float:
-    """Largest change of a force over a period within its first phase, over its amplitude."""
+    """Return largest change of a force over a period within its first phase, over its amplitude."""
     times = np.linspace(0.0, 1.5, 1001)[:, None]
     return float(np.abs(force(times + period) - force(times)).max() / AMPLITUDE)
 

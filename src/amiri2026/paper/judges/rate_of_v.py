@@ -29,7 +29,7 @@ from continuair.equations import camera_jacobian
 Array = np.ndarray
 
 STATES, SCALES, SETS = 50, (0.01, 0.1, 1.0), 20
-"""States that V̇ is computed at, what they are scaled by, and sets of gains drawn for it."""
+"""States at which V̇ is computed, their scale, and sets of gains drawn for it."""
 
 RATES = (0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 1.0)
 """Largest q̇ of those states [m/s, rad/s, 1/(m s), rad/s]."""
@@ -56,7 +56,7 @@ MADE = "gains made for the image"
 
 
 def fall_of_v(evidence: Evidence) -> Judgement:
-    """III-D.15: does V fall by ½ v_cᵀK_dv_c + λ‖e_a‖² - δ at least, with one λ > 0?"""
+    """Judge III-D.15: does V fall by ½ v_cᵀK_dv_c + λ‖e_a‖² - δ at least, with one λ > 0?"""
     found = evidence.theorem
     states = [at for scale in SCALES for at in random_states(found, scale)]
     of_made = falls(found.made, states)
@@ -94,7 +94,7 @@ def random_states(found: Theorem, scale: float, moving: float = 0.0) -> tuple[pr
     q = desired_pose(found.vehicle, found.target) + offsets(rng, np.full(STATES, scale))
     qd = scale * rng.uniform(-1.0, 1.0, (STATES, 8)) * RATES
     targets = moving * rng.uniform(-1.0, 1.0, (STATES, 3, 6))
-    seen = found.target.points, found.target.desired
+    seen = np.asarray(found.target.points), found.target.desired
     return tuple(
         proof.state(found.vehicle, q_of, qd_of, *seen, proof.Target(*target))
         for q_of, qd_of, target in zip(q, qd, targets, strict=True)
@@ -161,13 +161,15 @@ def _with_delta(at: proof.State, gains: Gains, r: Callable[..., Array]) -> float
 def following(found: Theorem, gains: Gains) -> proof.State:
     """Return the state in which the camera keeps pace with a target, and no force acts.
 
-    Eq. (15) then asks for K_p e_a = K_d v_c, which determines e; the desired image is the one with
+    Eq. (15) then requires K_p e_a = K_d v_c, which determines e; the desired image is the one with
     that e.
     """
     q, qd = desired_pose(found.vehicle, found.target), SPEED * np.eye(8)[0]
     still = np.zeros(6)
     target = proof.Target(camera_jacobian(found.vehicle, q) @ qd, still, still)
-    at = proof.state(found.vehicle, q, qd, found.target.points, found.target.desired, target)
+    at = proof.state(
+        found.vehicle, q, qd, np.asarray(found.target.points), found.target.desired, target
+    )
     e_a = np.linalg.solve(gains["Kp"], gains["Kd"] @ at.J @ qd)
 
     def off(e: Array) -> Array:
@@ -178,7 +180,7 @@ def following(found: Theorem, gains: Gains) -> proof.State:
 
 
 def bound_of_delta(evidence: Evidence) -> Judgement:
-    """III-D.16: is r the target's part of ė_a, and is ‖r‖ at most R_max, in one unit?"""
+    """Judge III-D.16: is r the target's part of ė_a, and is ‖r‖ at most R_max, in one unit?"""
     rest, moving = (residuals(evidence.vehicle, rate) for rate in (0.0, RATE))
     found = np.concatenate([rest, moving])
     printed, corrected = float(np.median(found[:, 0])), float(found[:, 1].max())
@@ -207,7 +209,7 @@ def bound_of_delta(evidence: Evidence) -> Judgement:
 
 
 def residuals(vehicle: Vehicle, rate: float) -> Array:
-    """Return what the printed and the corrected r leave at random motions (MOTIONS, 2), relative.
+    """Return relative residuals of the printed and the corrected r at random motions (MOTIONS, 2).
 
     rate: largest entries of q̇ and q̈; 0 for a vehicle at rest.
     """
@@ -219,7 +221,7 @@ def residuals(vehicle: Vehicle, rate: float) -> Array:
         centre, axis = TARGET * rng.uniform(-1.0, 1.0, (3, 3)), rng.normal(size=3)
         turn, acceleration = TARGET * rng.uniform(-1.0, 1.0, 2)
         course = proof.Course(
-            vehicle, each, qd, qdd, target.points, centre, axis / np.linalg.norm(axis),
+            vehicle, each, qd, qdd, np.asarray(target.points), centre, axis / np.linalg.norm(axis),
             (float(turn), float(acceleration)),
         )  # fmt: skip
         found.append(proof.r_residuals(course, target.desired, draw_gains(rng)))

@@ -57,11 +57,11 @@ def as_cases(vehicle: Vehicle) -> list[Case]:
 
 
 def with_threshold(vehicle: Vehicle, threshold: float, *, differentiated: bool = False) -> Array:
-    """Bend accelerations (CURVATURES, 2) of Eq. (10) with Remark 1: along the bend, and across.
+    """Return bend accelerations (CURVATURES, 2) of Eq. (10) with Remark 1, along and across.
 
-    Up to κ_s it puts κ_s for κ in the terms of Eq. (10), but not in the spring; across the bend,
-    κ ψ̈a + 2 κ̇ ψ̇a, too. differentiated: in the kinematics before C is derived from them instead,
-    which then lacks all slopes by κ.
+    Up to κ_s, κ_s replaces κ in the terms of Eq. (10), but not in the spring; across the bend, also
+    in κ ψ̈a + 2 κ̇ ψ̇a. differentiated: replace κ in the kinematics before C is derived instead. C
+    then lacks all derivatives with respect to κ.
     """
     plain, thresholded = (vehicle.replace({"arm.kappa_s": κ_s}) for κ_s in (0.0, threshold))
     spring = vehicle.arm.bending_stiffness * vehicle.arm.length
@@ -79,7 +79,7 @@ def with_threshold(vehicle: Vehicle, threshold: float, *, differentiated: bool =
 
 
 def without_singularity(vehicle: Vehicle) -> Array:
-    """The same from the components of the bend vector, which are singular nowhere."""
+    """Return the same from the components of the bend vector, which are singular nowhere."""
     plain = vehicle.replace({"arm.kappa_s": 0.0})
 
     def at(κ: float) -> Array:
@@ -90,7 +90,7 @@ def without_singularity(vehicle: Vehicle) -> Array:
 
 
 def error(found: Array, true: Array) -> float:
-    """Largest error, as a share of the largest acceleration along the bend, or across it."""
+    """Return largest error, as a share of the largest acceleration along the bend, or across it."""
     off = np.abs(found - true).max(axis=0) / np.abs(true).max(axis=0)
     return float(off.max()) if np.isfinite(found).all() else float("inf")
 

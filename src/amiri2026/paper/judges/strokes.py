@@ -1,4 +1,4 @@
-"""What the letters of the closed-loop task are made of."""
+"""Strokes of the letters of the closed-loop task."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LEVEL = np.radians(1.0)
 
 
 def kinds_of_stroke(letters: Iterable[str]) -> dict[str, float]:
-    """Shares of the length that are straight along an axis, inclined, and curved."""
+    """Return shares of the length that are straight along an axis, inclined, and curved."""
     length = {"straight along an axis": 0.0, "inclined": 0.0, "curved": 0.0}
     for letter in letters:
         sides = np.diff(strokes(letter, _CHORDS), axis=0)

@@ -1,4 +1,4 @@
-"""Judges of the abstract and of what the conclusions say of the models, V.1 to V.5."""
+"""Judges of the abstract and of the conclusions on the models, V.1 to V.5."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ Array = np.ndarray
 
 
 def singularity(evidence: Evidence) -> Judgement:
-    """Abstract.4: are the dynamics right near the straight arm, for some threshold?"""
+    """Judge abstract.4: are the dynamics right near the straight arm, for some threshold?"""
     vehicle, table1 = evidence.vehicle, load_vehicle(TABLE_VEHICLE)
     flights = [
         *(regularised.fly_with(vehicle, test, near_straight.FLOWN_KAPPA_S) for test in "BC"),
@@ -96,7 +96,7 @@ def discrepancies(evidence: Evidence) -> Judgement:
 
 
 def _spread_over_sweeps(evidence: Evidence) -> Case:
-    """Whether the error varies more over a sweep of the arm than over those of the UAV."""
+    """Return whether the error varies more over a sweep of the arm than over those of the UAV."""
     sweeps = evidence.sensitivity.results["sweeps"]
     spread = {name: float(np.ptp(column(sweep["rows"], "error"))) for name, sweep in sweeps.items()}
     most, other = (largest_of({name: spread[name] for name in part}) for part in (ARM, UAV))
@@ -136,7 +136,7 @@ def alike_to_a_pixel(loop: Loop) -> Judgement:
 
 
 def cost_of_elasticity(evidence: Evidence) -> Judgement:
-    """V.1: does the bending arm take most of the time, and more than the coupling?"""
+    """Judge V.1: does the bending arm take most of the time, and more than the coupling?"""
     taken = complexity.readable_times(evidence.vehicle)
     arm, spring = 1.0 - taken["UAV"] / taken["whole"], taken["spring"] / taken["whole"]
     dynamics = seconds(evidence, "dynamics")
@@ -160,7 +160,7 @@ _KEPT = 1e-6
 
 @untold("error_estimate")
 def mutual_interactions(evidence: Evidence) -> Judgement:
-    """V.2: does the coupled model keep energy and both momenta in free flight?"""
+    """Judge V.2: does the coupled model keep energy and both momenta in free flight?"""
     q, qd = (0.0, 0.0, 5.0, 0.1, -0.2, 0.3, 0.5, 0.4), (0.5, -0.3, 0.2, 0.5, 0.4, -0.6, 1.0, 0.8)
     free = Scenario("free flight", q, qd, gravity=0.0)
     undamped = evidence.vehicle.replace({"arm.damping": 0.0, "arm.damping_ratio": None})
@@ -275,7 +275,7 @@ def certain_conditions(evidence: Evidence) -> Judgement:
 
 
 def what_is_saved(evidence: Evidence) -> Judgement:
-    """V.5: do the blocks left out of the dynamics, and nothing else, make the saving?"""
+    """Judge V.5: do the blocks left out of the dynamics, and nothing else, make the saving?"""
     q, qd = np.array([0.0, 0, 5, 0.1, 0.2, 0.3, 0.8, 0.4]), np.linspace(0.3, 1.0, 8)
     ours = forward_dynamics(evidence.vehicle, q, qd, model="decoupled")
     literal = equations.forward_dynamics(evidence.vehicle, q, qd, mask="block")

@@ -1,4 +1,4 @@
-"""What the plants cost to compute, and verdicts on it: never within the noise of timing."""
+"""Computing times of the plants, and verdicts on them: never within the noise of timing."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def by_margin(evidence: Evidence, excess: float) -> str:
 
 
 def unexplained(evidence: Evidence) -> float:
-    """The share of the coupled plant's time that the dynamics leave of what decoupling saves.
+    """Return the part of the saved time that the dynamics do not explain, over the coupled time.
 
-    It is noise where it is not 0: camera and law run the same code with both plants.
+    It is noise if not 0, as camera and law run the same code with both plants.
     """
     dynamics, total = seconds(evidence, "dynamics"), seconds(evidence, "total")
     put_back = dynamics["coupled"] - dynamics["decoupled"]
@@ -43,13 +43,13 @@ def seconds(evidence: Evidence, part: str) -> dict[str, float]:
 
 
 def saving(evidence: Evidence) -> float:
-    """The share of the coupled plant's time per sampling instant that decoupling saves."""
+    """Return the share of the coupled plant's time per sampling instant that decoupling saves."""
     taken = seconds(evidence, "total")
     return 1.0 - taken["decoupled"] / taken["coupled"]
 
 
 def measured(evidence: Evidence) -> dict[str, float]:
-    """Times of both plants by name, as a judgement holds them."""
+    """Return times of both plants by name, as stored in a judgement."""
     parts = {"dynamics": "dynamics", "sampling instant": "total"}
     return {
         f"{name}, {model} [s]": value
@@ -75,7 +75,7 @@ def cost_case(evidence: Evidence) -> Case:
 
 
 def simulink_times(evidence: Evidence) -> Judgement:
-    """IV-C.16: no verdict, but the ratio of both times in this program's compiled form."""
+    """Judge IV-C.16: no verdict, but the ratio of both times in this program's compiled form."""
     why = "32 and 22 ms are times of the Simulink Profiler, which cannot be taken here"
     try:
         ours = ratio(evidence.cost["models"])

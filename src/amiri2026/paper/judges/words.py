@@ -1,4 +1,4 @@
-"""What the paper's words of degree count as, everywhere alike."""
+"""Numerical meanings of the paper's words of degree, the same everywhere."""
 
 SAME = 0.1
 """Numbers within this share of each other are the same, similar, on par."""

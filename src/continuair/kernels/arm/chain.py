@@ -1,12 +1,12 @@
-"""Device code of arms of sections of any kind: composite inertias, from the tips to the body.
+"""Device code of arms with sections of any kind: composite inertias, from the tips to the body.
 
-What hangs on a section's tip adds to it as one rigid body that its coordinates move, and brings the
-columns of its own coordinates along. A function per section calls that of the next one between its
-way out, of velocities and what they carry, and its way back, of inertias and wrenches. Everything
-is about a section's base, in its axes; at the body, about B's origin in body axes. Kinds of bias:
+The outer sections act on a section as one rigid body at its tip, with the columns of their own
+coordinates. The function of a section computes velocities and biases outwards, calls that of the
+next section, and then computes inertias and wrenches inwards. Quantities refer to a section's base,
+in its axes; at the body, to B's origin in body axes. Kinds of bias:
 
-"full", all that is quadratic in the rates; "block", for the rows of the UAV B(z, (ω, 0)) and for
-those of the arms B(z, (0, q̇)), see sections/kind.py; "alone", of arms on a base at rest.
+"full", all terms quadratic in the rates; "block", B(z, (ω, 0)) in the rows of the UAV and
+B(z, (0, q̇)) in those of the arms, see sections/kind.py; "alone", of arms on a base at rest.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from continuair.sections.kind import carried_type, section_types
 
 @dataclass(frozen=True)
 class TotalTypes:
-    """Total, a struct, and its matrices: columns of bends, and bends by bends."""
+    """Total, a struct, and its matrices: Columns (3, bends) and Square (bends, bends)."""
 
     Total: Any
     Columns: Any
@@ -34,7 +34,7 @@ class TotalTypes:
 
 @cache
 def total_types(numbers: Numbers, tree: Tree) -> TotalTypes:
-    """The types for one kind of numbers and tree."""
+    """Return the types for one kind of numbers and tree."""
     types = device_types(numbers, tree)
     Real, vec3, mat33, Bends = types.Real, types.vec3, types.mat33, types.Bends
     width = types.layout.bends
@@ -43,8 +43,8 @@ def total_types(numbers: Numbers, tree: Tree) -> TotalTypes:
 
     @wp.struct
     class Total:
-        """Of all arms about B: first moment, inertia and bias wrench; of their bends the columns of
-        force and moment on the body, inertia M and bias."""
+        """Sums over all arms about B: first moment H, inertia I, bias force and moment; of the
+        bends, columns F and L of force and moment on the body, inertia M and bias."""
 
         H: vec3
         I: mat33
@@ -60,8 +60,10 @@ def total_types(numbers: Numbers, tree: Tree) -> TotalTypes:
 
 @dataclass(frozen=True)
 class ChainCode:
-    """Total, a struct, and total_of(y, table, plant, vehicle), all arms on the body; of_arm(arm)
-    gives the same function of one arm alone."""
+    """Total, a struct, and total_of(y, table, plant, vehicle), the sum over all arms.
+
+    of_arm(arm) returns the same function for one arm.
+    """
 
     Total: Any
     total_of: Any
@@ -70,7 +72,7 @@ class ChainCode:
 
 @cache
 def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
-    """The sum over all arms for one kind of numbers, tree and kind of bias."""
+    """Return the sum over all arms for one kind of numbers, tree and kind of bias."""
     types, rigid = device_types(numbers, tree), rigid_code(numbers, tree)
     State, Plant, Table = types.State, types.Plant, types.Table
     vec3, spin_of, mount_of = types.vec3, types.spin_of, types.mount_of
@@ -80,7 +82,7 @@ def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
     turned, block, alone = tree.turned, bias == "block", bias == "alone"
 
     def adding(arm: int) -> Any:
-        """The function that adds an arm to the others."""
+        """Return the function that adds an arm to the others."""
         visit = _section(numbers, tree, bias, arm, 0).visit
         own = types.layout.of_arm[arm]
         first, count = own.start, own.stop - own.start
@@ -135,7 +137,7 @@ def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
         return Total()
 
     def plus_arm(before: Any, arm: int) -> Any:
-        """The function that sums what another one does, and an arm."""
+        """Return the function that adds an arm to the result of another function."""
         add = adding(arm)
 
         @wp.func
@@ -155,13 +157,12 @@ def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
 
 
 def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> SimpleNamespace:
-    """The function visit(y, table, plant, vehicle, w, v, turning, bending) of a section and all
-    beyond it.
+    """Return the function visit(y, table, plant, vehicle, w, v, turning, bending) of a section.
 
-    w: how its base turns; v: what of that is the body's turning, not that of bends. turning and
-    bending: what the base carries, by the parts of the bias; all in bending unless it is "block".
-    It returns a struct: body, the Rigid that all of it is on the base, and of the coordinates F, L,
-    M and bias, as in Total.
+    It covers the section and all sections beyond it. w: angular velocity of its base; v: its part
+    from the body, not from bends. turning and bending: bias accelerations of the base, by parts of
+    the bias; all in bending unless the bias is "block". It returns a struct: body, the equivalent
+    Rigid on the base, and F, L, M and bias of the coordinates, as in Total.
     """
     at, beyond = tree.first[arm] + index, tree.sections[arm] - index - 1
     kind = tree.kind_of(at)
@@ -202,7 +203,7 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
 
     @wp.func
     def carried_by_base(e: Element, mass: Real, b: Bias, carried: Carried):
-        """A bias with what the base carries, too; that of an arm carries no turning."""
+        """Return a bias with the bias accelerations of the base, linear only at the mount."""
         b.force += mass * carried.base
         b.moment += wp.cross(e.H, carried.base)
         for k in range(n):
@@ -238,7 +239,7 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
         plant: Plant, s: Shape, e: Element, m: Motion, w: vec3, v: vec3, turning: Carried,
         bending: Carried,
     ):  # fmt: skip
-        """The section alone."""
+        """Return the Chain of the section alone."""
         out = Chain()
         b = biases(s, e, m, plant.section_mass[at], w, v, turning, bending)
         out.body.H = e.H
@@ -258,7 +259,7 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
 
     @wp.func
     def with_body(out: Chain, j: Joint, m: Real, body: Rigid):
-        """The section with what hangs on its tip, of mass m, as a rigid body in its axes."""
+        """Add a rigid body of mass m at the tip, in the section's axes."""
         H, I, f = body.H, body.I, body.force
         on = Loads()
         about = Loads()
@@ -283,7 +284,7 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
             v = column(about, k)
             out.M[k, k] += wp.dot(p, u) + wp.dot(w, v)
             for i in range(k):
-                # Of a column and of what the body puts on another; symmetric.
+                # Symmetric: from a column and the body's reaction to another.
                 shared = wp.dot(column(j.P, i), u) + wp.dot(column(j.W, i), v)
                 out.M[i, k] += shared
                 out.M[k, i] += shared
@@ -299,7 +300,7 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
 
     @wp.func
     def brought(out: Chain, j: Joint, c: InnerChain):
-        """With the columns of the coordinates beyond the joint."""
+        """Add the columns of the coordinates beyond the joint."""
         F = j.R * c.F
         L = j.R * c.L
         for k in range(others):

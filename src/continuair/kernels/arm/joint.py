@@ -1,6 +1,7 @@
-"""Device code of what a section's tip carries, seen from its base, for any kind of section.
+"""Device code of the bias accelerations of a section's tip, for any kind of section.
 
-The biases g_a and g_w of the tip (sections/kind.py) are taken apart as those of a section.
+The biases g_a and g_w of the tip (sections/kind.py) are split in the same parts as those of a
+section.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from continuair.sections.kind import section_types
 
 @dataclass(frozen=True)
 class JointCode:
-    """Functions of a section's tip; each is defined, and said what it is, below."""
+    """Functions of a section's tip, defined below."""
 
     full_carried: Any
     turning_carried: Any
@@ -26,14 +27,14 @@ class JointCode:
 
 @cache
 def joint_code(numbers: Numbers, tree: Tree, coordinates: int) -> JointCode:
-    """The functions for one kind of numbers, and a section with so many coordinates."""
+    """Return the functions for one kind of numbers, and a number of coordinates."""
     types, own = device_types(numbers, tree), section_types(numbers, tree, coordinates)
     Real, vec3, Joint, Carried = types.Real, types.vec3, own.Joint, own.Carried
     half, two = Real(0.5), Real(2.0)
 
     @wp.func
     def full_carried(alone: Carried, j: Joint, w: vec3):
-        """g_a and g_w; alone: those of a section on a base at rest."""
+        """Return g_a and g_w; alone: those of a section on a base at rest."""
         out = alone
         out.base += wp.cross(w, wp.cross(w, j.p) + two * j.moved)
         out.spin += wp.cross(w, j.turned)
@@ -41,7 +42,7 @@ def joint_code(numbers: Numbers, tree: Tree, coordinates: int) -> JointCode:
 
     @wp.func
     def turning_carried(j: Joint, w: vec3, v: vec3):
-        """Of the forms of z = (w, q̇) and (v, 0)."""
+        """Return the symmetric forms of z = (w, q̇) and (v, 0)."""
         out = Carried()
         out.base = half * (wp.cross(w, wp.cross(v, j.p)) + wp.cross(v, wp.cross(w, j.p)))
         out.base += wp.cross(v, j.moved)
@@ -50,7 +51,7 @@ def joint_code(numbers: Numbers, tree: Tree, coordinates: int) -> JointCode:
 
     @wp.func
     def bending_carried(alone: Carried, j: Joint, w: vec3, v: vec3):
-        """Of the forms of z = (w, q̇) and (v, q̇)."""
+        """Return the symmetric forms of z = (w, q̇) and (v, q̇)."""
         out = alone
         out.base += half * (wp.cross(w, wp.cross(v, j.p)) + wp.cross(v, wp.cross(w, j.p)))
         out.base += wp.cross(w + v, j.moved)
@@ -59,7 +60,7 @@ def joint_code(numbers: Numbers, tree: Tree, coordinates: int) -> JointCode:
 
     @wp.func
     def carried_on(on: Carried, by: Carried, j: Joint):
-        """At the tip, in its axes: what the base carries there, and what the section adds."""
+        """Return the bias accelerations at the tip, in its axes, of base and section."""
         out = Carried()
         back = wp.transpose(j.R)
         out.base = back * (on.base + wp.cross(on.spin, j.p) + by.base)

@@ -1,4 +1,4 @@
-"""Device code of rigid bodies: what hangs on a joint, with its wrenches, and the body on a tip."""
+"""Device code of rigid bodies: the equivalent body beyond a joint, and the body on a tip."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -13,8 +13,10 @@ from continuair.sections.kind import carried_type
 
 @dataclass(frozen=True)
 class RigidCode:
-    """Rigid, a struct, and what joints do to one; body_on_tip gives that of an arm, and
-    inverse_of is of an inertia."""
+    """Rigid, a struct, and its transformations.
+
+    body_on_tip: the body of an arm. inverse_of: inverse of an inertia.
+    """
 
     Rigid: Any
     between: Any
@@ -27,7 +29,7 @@ class RigidCode:
 
 @cache
 def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
-    """The functions for one kind of numbers and tree."""
+    """Return the functions for one kind of numbers and tree."""
     types, Carried = device_types(numbers, tree), carried_type(numbers, tree)
     Real, vec3, mat33, Plant = types.Real, types.vec3, types.mat33, types.Plant
     Matrices = types.Matrices
@@ -35,7 +37,7 @@ def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
 
     @wp.struct
     class Rigid:
-        """First moment, inertia and bias wrench; and the bias of turning, where it is apart."""
+        """First moment, inertia, bias wrench, and the bias of turning, if it is separate."""
 
         H: vec3
         I: mat33
@@ -46,7 +48,7 @@ def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
 
     @wp.func
     def between(p: vec3, H: vec3, m: Real, I: mat33):
-        """Inertia about a base of what has mass m, first moment H and inertia I about point p."""
+        """Return the inertia about a base of a body with mass m, and H and I about point p."""
         h = two * H + m * p
         d = wp.dot(p, h)
         xy = -half * (p[0] * h[1] + p[1] * h[0])
@@ -56,7 +58,7 @@ def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
 
     @wp.func
     def congruent(R: mat33, I: mat33):
-        """R I Rᵀ of a symmetric I."""
+        """Return R I Rᵀ of a symmetric I."""
         T = R * I
         xx = T[0, 0] * R[0, 0] + T[0, 1] * R[0, 1] + T[0, 2] * R[0, 2]
         xy = T[0, 0] * R[1, 0] + T[0, 1] * R[1, 1] + T[0, 2] * R[1, 2]
@@ -68,7 +70,7 @@ def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
 
     @wp.func
     def inverse_of(m: mat33):
-        """Of a symmetric matrix."""
+        """Return the inverse of a symmetric matrix."""
         a = m[1, 1] * m[2, 2] - m[1, 2] * m[1, 2]
         b = m[0, 0] * m[2, 2] - m[0, 2] * m[0, 2]
         c = m[0, 0] * m[1, 1] - m[0, 1] * m[0, 1]
@@ -80,7 +82,7 @@ def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
 
     @wp.func
     def turned_by(R: mat33, body: Rigid):
-        """In axes that R turns to."""
+        """Return a body in axes rotated by R."""
         out = Rigid()
         out.H = R * body.H
         out.I = congruent(R, body.I)
@@ -92,7 +94,7 @@ def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
 
     @wp.func
     def matrix_of(rows: Matrices, arm: int):
-        """That of one arm."""
+        """Return the matrix of one arm."""
         return mat33(
             rows[arm, 0], rows[arm, 1], rows[arm, 2], rows[arm, 3], rows[arm, 4], rows[arm, 5],
             rows[arm, 6], rows[arm, 7], rows[arm, 8],
@@ -100,19 +102,19 @@ def rigid_code(numbers: Numbers, tree: Tree) -> RigidCode:
 
     @wp.func
     def force_of_turning(H: vec3, w: vec3, v: vec3):
-        """The symmetric form of ω×(ω×H)."""
+        """Return the symmetric form of ω×(ω×H)."""
         return half * (wp.cross(w, wp.cross(v, H)) + wp.cross(v, wp.cross(w, H)))
 
     @wp.func
     def moment_of_turning(I: mat33, w: vec3, v: vec3):
-        """The symmetric form of ω×(I ω)."""
+        """Return the symmetric form of ω×(I ω)."""
         return half * (wp.cross(w, I * v) + wp.cross(v, I * w))
 
     @wp.func
     def body_on_tip(
         plant: Plant, arm: int, w: vec3, v: vec3, rest: vec3, turning: Carried, bending: Carried
     ):
-        """w: turning of the tip; v and rest: what of it the parts `turning` and `bending` hold."""
+        """Return the body on a tip; w: its angular velocity; v, rest: parts in the two biases."""
         out = Rigid()
         m = plant.body_mass[arm]
         b = plant.body_moment

@@ -1,7 +1,7 @@
-"""Device code of where the arms' tips are, how they move, and what a wrench on one does.
+"""Device code of the arms' tips: pose, motion, and the generalised force of a wrench on one.
 
-An arm is followed section by section from its mount, in body axes, each by the code of its kind
-(sections/kind.py). The tip's axes are the last section's, turned half about x.
+An arm is evaluated section by section from its mount, in body axes, each by the code of its kind
+(sections/kind.py). The tip's axes are the last section's, rotated by π about x.
 """
 
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ from continuair.device.types import Tree, device_types, holding
 
 @dataclass(frozen=True)
 class TipCode:
-    """Structs and functions of the arms' tips; each is defined, and said what it is, below.
+    """Structs and functions of the arms' tips, defined below.
 
-    tip_of(arm), moving_tip_of(arm), world_tip_of(arm) and wrench_on(arm) give the functions of one
-    arm; moved_on(section) is how a MovingTip at the base of a section gets to its tip, in axes that
-    are turned or not. points_of_tips is of all arms.
+    tip_of(arm), moving_tip_of(arm), world_tip_of(arm) and wrench_on(arm) return the functions of
+    one arm. moved_on(section) returns the function that moves a MovingTip from the base of a
+    section to its tip, in rotated axes or not. points_of_tips: of all arms.
     """
 
     Tip: Any
@@ -36,7 +36,7 @@ class TipCode:
 
 @cache
 def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
-    """The functions for one kind of numbers and tree."""
+    """Return the functions for one kind of numbers and tree."""
     types = device_types(numbers, tree)
     Real, State, Plant, Bends = types.Real, types.State, types.Plant, types.Bends
     Vectors = types.Vectors
@@ -47,14 +47,14 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
     @wp.struct
     class Tip:
-        """An arm's tip on the body: point [m] and tip frame."""
+        """Tip of an arm in body axes: point [m] and tip frame."""
 
         point: vec3
         attitude: quat
 
     @wp.struct
     class MovingTip:
-        """A tip with its velocity as bends move it [m/s], and its turning with that of bends."""
+        """Tip with its velocity [m/s] and angular velocity [rad/s] from bend rates."""
 
         tip: Tip
         swept: vec3
@@ -62,7 +62,7 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
     @wp.struct
     class WorldTip:
-        """A tip in world axes: place [m], velocity [m/s], turning [rad/s] and tip frame."""
+        """Tip in world axes: position [m], velocity [m/s], angular velocity [rad/s], tip frame."""
 
         position: vec3
         velocity: vec3
@@ -71,7 +71,7 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
     @wp.func
     def mounted(plant: Plant, arm: int):
-        """Where an arm begins."""
+        """Return the frame of an arm's mount."""
         out = Tip()
         out.point = mount_of(plant, arm)
         t = plant.mount_attitude
@@ -80,15 +80,15 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
     @wp.func
     def half_turn(attitude: quat):
-        """The tip frame, whose z points out of the arm, on axes in which it lies along -z."""
+        """Return the tip frame, with z out of the arm, from axes in which the arm is along -z."""
         return attitude * quat(one, zero, zero, zero)
 
-    # A vehicle without arms has a tip where its arm would begin: a camera is there.
+    # A vehicle without arms has a tip at its mount, for the camera.
     def sections_of(arm: int) -> range:
         return range(tree.first[arm], tree.first[arm + 1]) if tree.sections else range(0)
 
     def rotates(arm: int) -> bool:
-        """Whether a section of an arm has other axes than the body at its base."""
+        """Return whether the base of a section of an arm is rotated from the body."""
         return turned or len(sections_of(arm)) > 1
 
     def at_mount(arm: int) -> Any:
@@ -124,7 +124,7 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
         @wp.func
         def tip(y: State, plant: Plant):
-            """The Tip of this arm."""
+            """Return the Tip of this arm."""
             out = unturned(y, plant)
             out.attitude = half_turn(out.attitude)
             return out
@@ -180,7 +180,7 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
         @wp.func
         def moving_tip(y: State, plant: Plant):
-            """The MovingTip of this arm, in body axes."""
+            """Return the MovingTip of this arm, in body axes."""
             out = unturned(y, plant)
             out.tip.attitude = half_turn(out.tip.attitude)
             return out
@@ -192,7 +192,7 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
         @wp.func
         def world_tip(y: State, plant: Plant):
-            """The WorldTip of this arm."""
+            """Return the WorldTip of this arm."""
             q, w, moving = attitude_of(y), spin_of(y), moving_tip(y, plant)
             point, out = moving.tip.point, WorldTip()
             out.position = position_of(y) + wp.quat_rotate(q, point)
@@ -244,7 +244,7 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
         @wp.func
         def wrench(y: State, plant: Plant, tip: Tip, force: vec3, moment: vec3):
-            """Jᵀ (force, moment): a wrench on this arm's tip, in body axes, on all coordinates."""
+            """Return Jᵀ (force, moment), the forces on all coordinates of a wrench in body axes."""
             return on_sections(Bends(), mounted(plant, arm), y, plant, tip, force, moment)
 
         return wrench
@@ -258,7 +258,7 @@ def tip_code(numbers: Numbers, tree: Tree) -> TipCode:
 
         @wp.func
         def points(y: State, plant: Plant):
-            """The tips on the body [m], arm by arm."""
+            """Return the tips in body axes [m], arm by arm."""
             out = before(y, plant)
             at = tip(y, plant).point
             for j in range(3):

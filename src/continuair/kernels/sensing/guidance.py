@@ -1,4 +1,4 @@
-"""Device code of what a law is to reach, and of the noise of what it senses by."""
+"""Device code of setpoints, and of measurement noise."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -11,15 +11,15 @@ from continuair.device.types import Tree, device_types, holding
 from continuair.vehicle.layout import setpoint_columns
 
 POSITION_NOISE, VELOCITY_NOISE, ATTITUDE_NOISE, GYRO_NOISE = range(4)
-"""Which of the four numbers of a law's noise is whose."""
+"""Indices of the four standard deviations of a law's noise."""
 
 
 @dataclass(frozen=True)
 class GuidanceCode:
     """SetPoint, a struct; set_point_of(table, row, run) reads one; disturbed adds noise to a state.
 
-    Noise: a vector of the standard deviations of position [m], velocity [m/s], attitude [rad] and
-    angular velocity [rad/s], each per axis.
+    Noise: vector of the standard deviations of position [m], velocity [m/s], attitude [rad] and
+    angular velocity [rad/s], per axis.
     """
 
     SetPoint: Any
@@ -30,7 +30,7 @@ class GuidanceCode:
 
 @cache
 def guidance_code(numbers: Numbers, tree: Tree) -> GuidanceCode:
-    """The struct and functions for one kind of numbers and tree of arms."""
+    """Return the struct and functions for one kind of numbers and tree of arms."""
     types, code = device_types(numbers, tree), number_code(numbers)
     Real, State, Cell, Bends = types.Real, types.State, types.Cell, types.Bends
     vec3, quat, three_of = types.vec3, types.quat, types.three_of
@@ -45,8 +45,8 @@ def guidance_code(numbers: Numbers, tree: Tree) -> GuidanceCode:
 
     @wp.struct
     class SetPoint:
-        """Position and velocity of B's origin, world axes; follows: 1 where the position counts, 0
-        where the velocity alone does; yaw [rad] and its rate; bend vectors [1/m]."""
+        """Position and velocity of B's origin, world axes; follows: 1 if the position is
+        controlled, 0 if only the velocity is; yaw [rad] and its rate; bend vectors [1/m]."""
 
         position: vec3
         follows: Real
@@ -69,7 +69,7 @@ def guidance_code(numbers: Numbers, tree: Tree) -> GuidanceCode:
 
     @wp.func
     def shaken(size: Real, seeds: wp.array(dtype=wp.int32), run: int, instant: int, which: int):
-        # Counted backwards from -1, so that they are not the numbers of a camera's frames.
+        # Indices count down from -1, so that they differ from those of camera frames.
         first = -1 - 12 * instant - which
         x = randn(seeds, run, first, 0)
         y = randn(seeds, run, first - 1, 0)
@@ -77,7 +77,7 @@ def guidance_code(numbers: Numbers, tree: Tree) -> GuidanceCode:
 
     @wp.func
     def disturbed(y: State, noise: Noise, seeds: wp.array(dtype=wp.int32), run: int, instant: int):
-        """What is sensed of a state at an instant, the same for the same seed and instant."""
+        """Return a state with measurement noise, which depends on seed and instant only."""
         if any_above(noise[0] + noise[1] + noise[2] + noise[3], zero):
             p = position_of(y) + shaken(noise[POSITION_NOISE], seeds, run, instant, 0)
             v = velocity_of(y) + shaken(noise[VELOCITY_NOISE], seeds, run, instant, 3)

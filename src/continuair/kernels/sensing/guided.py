@@ -1,9 +1,9 @@
-"""Device code of who pushes under a law that follows set-points, remembers, and acts late.
+"""Device code of controller updates with setpoints, a memory and a delay.
 
-Such a law gives, beside Gains, looks, whether it needs the camera's image; Memory, a vector of
-numbers that are 0 at the start; and control(
-sense, gains, flight, wanted, memory) -> push, memory. Gains.noise is the noise of what it senses.
-Its force is a thrust along the body's z axis, with which it turns between the law's instants.
+Such a law returns Gains; looks, whether it needs the camera; Memory, a vector that is 0 at the
+start; and control(sense, gains, flight, wanted, memory) -> push, memory. Gains.noise is its
+measurement noise. Its force is a thrust along the body's z axis, and rotates with the body between
+updates.
 """
 
 from typing import Any
@@ -13,8 +13,8 @@ import warp as wp
 from continuair.device.numbers import Numbers, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.belief import belief_code
 from continuair.kernels.sensing.guidance import guidance_code
+from continuair.kernels.sensing.nominal import nominal_code
 from continuair.kernels.sensing.pilot import PilotCode, decision_of, law_pilot
 from continuair.kernels.sensing.sense import law_code
 
@@ -22,7 +22,7 @@ from continuair.kernels.sensing.sense import law_code
 def guided_pilot(
     numbers: Numbers, tree: Tree, points: int, law: Any, believes: bool = False
 ) -> PilotCode:
-    """The pilot of a law with a memory; points: of the target; believes: as `law_pilot` has it."""
+    """Return the controller code of a law with a memory; believes: as in `law_pilot`."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     code, ground = number_code(numbers), guidance_code(numbers, tree)
     Cell, Real, State, Push, Along = types.Cell, types.Real, types.State, types.Push, types.Along
@@ -32,8 +32,8 @@ def guided_pilot(
     looks = law.looks
     points = points if looks else 0
     seeing = law_pilot(numbers, tree, points, law, every_stage=False, believes=believes)
-    minds = belief_code(numbers, tree, points)
-    flight_with, state_with = minds.flight_with, minds.state_with
+    nominal = nominal_code(numbers, tree, points)
+    flight_with, state_with = nominal.flight_with, nominal.state_with
     Sight, Looking, look_of, seen_at = seeing.Loop, seeing.Pilot, seeing.pilot_of, seeing.sensed
     set_point_of, disturbed = ground.set_point_of, ground.disturbed
     Memory, control, Decision = law.Memory, law.control, decision_of(numbers, tree)
@@ -43,13 +43,13 @@ def guided_pilot(
 
     @wp.struct
     class Loop:
-        """When the law acts, what with, and what it is to reach.
+        """Arguments of the control loop.
 
-        sight: gains, seeds and what is looked at, as a law without a memory has them. Per step:
-        issued, which push the law decides on at its start, or -1; taken, which push acts from then
-        on, or -1 for the one before. wanted (pushes, runs or 1, columns): set-points. memory (runs,
-        1, numbers); pushes (runs, slots, columns): on their way. upright (runs or 1, 1): 1 where a
-        run starts upright, which ends where it has turned over.
+        sight: gains, seeds and target, as of a law without memory. Per step: issued, index of the
+        actuator wrench computed at its start, or -1; taken, index of the wrench that acts from then
+        on, or -1 for the previous one. wanted (wrenches, runs or 1, columns): setpoints. memory
+        (runs, 1, numbers). pushes (runs, slots, columns): delayed wrenches. upright (runs or 1, 1):
+        1 if a run starts upright; such a run stops if it turns over.
         """
 
         sight: Sight
@@ -62,7 +62,7 @@ def guided_pilot(
 
     @wp.struct
     class Pilot:
-        """One run of the loop."""
+        """Control loop of one run."""
 
         loop: Loop
         run: wp.int32
@@ -78,14 +78,14 @@ def guided_pilot(
 
     @wp.func
     def turned(push: Push, y: State):
-        """A push whose force is along the body's z axis, as the body has turned since."""
+        """Return an actuator wrench with its force along the current z axis of the body."""
         along = wp.quat_rotate(attitude_of(y), vec3(zero, zero, one))
         force = wp.length(force_of(push)) * along
         return push_of(force, moment_of(push), bend_moment_of(push))
 
     @wp.func
     def issue(i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot):
-        """Let the law decide, and send its push on its way; 1 if all points are lost, else 0."""
+        """Update the law, and store its delayed wrench; return 1 if all points are lost, else 0."""
         loop, run = pilot.loop, pilot.run
         instant, gains, lost = loop.issued[i], pilot.looking.gains, zero
         memory = Memory()

@@ -1,9 +1,9 @@
-"""Device code of who pushes during a roll-out: nobody, or a law that senses and decides.
+"""Device code of controller updates in a roll-out, with a control law or without.
 
-A pilot gives Loop, the struct of a kernel's argument; Pilot, the struct of one run, made by
-pilot_of(loop, run); decide(i, time, y, along, flight, pilot, held) at the start of step i, a
-Decision; and push_at(row, time, y, along, flight, pilot, held), the push at a stage, rows three to
-a step. An open loop is a loop without a law.
+It consists of Loop, the struct of a kernel's argument; Pilot, the struct of one run, made by
+pilot_of(loop, run); decide(i, time, y, along, flight, pilot, held), the update at the start of step
+i, a Decision; and push_at(row, time, y, along, flight, pilot, held), the actuator wrench at a
+stage, with three rows per step. An open loop is a loop without a control law.
 """
 
 from dataclasses import dataclass
@@ -15,19 +15,18 @@ import warp as wp
 from continuair.device.numbers import Numbers, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.belief import belief_code
-from continuair.kernels.sensing.eye import eye_code
+from continuair.kernels.sensing.camera import camera_code
+from continuair.kernels.sensing.nominal import nominal_code
 from continuair.kernels.sensing.sense import law_code
 from continuair.vehicle.layout import MOTION, frame_columns, summed_columns
 
 _NEAR = 0.1
-"""Error of the image beyond which none is summed up, normalised: what is far off gets there anyway,
-and the sum would have to be undone."""
+"""Normalised image error above which it is not integrated, to prevent windup."""
 
 
 @dataclass(frozen=True)
 class PilotCode:
-    """Structs and functions of a pilot."""
+    """Structs and functions of controller updates."""
 
     Loop: Any
     Pilot: Any
@@ -40,21 +39,21 @@ class PilotCode:
 
 @wp.struct
 class Nothing:
-    """What there is of a loop without a law."""
+    """Loop without a control law."""
 
     nothing: wp.int32
 
 
 @cache
 def decision_of(numbers: Numbers, tree: Tree) -> Any:
-    """Decision, the struct of what any pilot decides."""
+    """Return Decision, the struct of a controller update."""
     types = device_types(numbers, tree)
     Real, Push = types.Real, types.Push
 
     @wp.struct
     class Decision:
-        """The push from now on; lost: 1 where no point is in view that is needed, 2 where a flight
-        controller's vehicle has turned over, else 0."""
+        """Actuator wrench from now on; lost: 1 if no point is in view that the law needs, 2 if a
+        vehicle under a flight controller has turned over, else 0."""
 
         push: Push
         lost: Real
@@ -64,7 +63,7 @@ def decision_of(numbers: Numbers, tree: Tree) -> Any:
 
 @cache
 def no_pilot(numbers: Numbers, tree: Tree) -> PilotCode:
-    """Nobody pushes."""
+    """Return the code without a control law."""
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
 
@@ -99,22 +98,30 @@ def law_pilot(
     integrates: bool = False,
     believes: bool = False,
 ) -> PilotCode:
-    """A law pushes; every_stage: at every stage of a step, else its push is held. integrates: the
-    error of the image that it sees holds what that has summed up to, too. believes: in another
-    vehicle than the one that flies."""
+    """Return the code of a control law.
+
+    every_stage: whether the law acts at every stage of a step, else its wrench is held.
+    integrates: whether the integral of the image error is added to it. believes: whether the law
+    has a nominal model that differs from the simulated vehicle.
+    """
     types, Flight = device_types(numbers, tree), flight_code(numbers, tree).Flight
-    eye, ground = eye_code(numbers, tree, points), law_code(numbers, tree, points)
+    of_camera, ground = camera_code(numbers, tree, points), law_code(numbers, tree, points)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
-    Camera, Sight, Twist, Sense = eye.Camera, eye.Sight, eye.Twist, ground.Sense
-    view_of, look, blur, proprioception = eye.view_of, eye.look, eye.blur, ground.proprioception
+    Camera, Sight, Twist, Sense = of_camera.Camera, of_camera.Sight, of_camera.Twist, ground.Sense
+    view_of, look, blur, proprioception = (
+        of_camera.view_of,
+        of_camera.look,
+        of_camera.blur,
+        ground.proprioception,
+    )
     Gains, control, has_camera = law.Gains, law.control, points > 0
     Decision = decision_of(numbers, tree)
     Cell, three_of, code = types.Cell, types.three_of, number_code(numbers)
     keep, of_run, of_sample, above = code.keep, code.of_run, code.of_sample, code.above
     Cameras, AllGains = code.rows_of(Camera), code.rows_of(Gains)
-    minds, Vehicles = belief_code(numbers, tree, points), flight_code(numbers, tree).Vehicles
-    Believed, believed_of, read_with = minds.Believed, minds.believed_of, minds.read_with
-    flight_with, state_with = minds.flight_with, minds.state_with
+    nominal, Vehicles = nominal_code(numbers, tree, points), flight_code(numbers, tree).Vehicles
+    Believed, believed_of, read_with = nominal.Believed, nominal.believed_of, nominal.read_with
+    flight_with, state_with = nominal.flight_with, nominal.state_with
     camera_of, gains_of = code.reader_of(Camera), code.reader_of(Gains)
     zero, one, frame_of = Real(0.0), Real(1.0), frame_columns(points)
     image, seen, depth = (frame_of[name].start for name in ("image", "seen", "depth"))
@@ -125,14 +132,14 @@ def law_pilot(
 
     @wp.struct
     class Loop:
-        """When the law acts, what with, and what it looks at.
+        """Arguments of the control loop.
 
-        Per step: acts, 1 where the law does at its start; exposed, the frame taken then or -1;
-        shown, the frame that it has then. Per run: seeds of the noise, cameras and gains, one or
-        one each. The target's points about its centroid and that one's motion (rows, runs or 1,
-        MOTION); desired images. frames (runs, slots, columns): on their way. needed: 1 if a run
-        ends when all points are lost, as it does for a law that looks. believed: vehicles and
-        cameras that the law believes in, one or one per run.
+        Per step: acts, 1 if the law is updated at its start; exposed, frame taken then, or -1;
+        shown, frame available then. Per run, or one for all: seeds of the noise, cameras and gains.
+        corners: the target's points about its centroid; motion (rows, runs or 1, MOTION): of the
+        centroid; desired images. frames (runs, slots, columns): delayed frames. needed: 1 if a run
+        stops when all points are lost. believed, believed_cameras: nominal models, one per run or
+        one.
         """
 
         acts: wp.array(dtype=wp.int32)
@@ -152,7 +159,7 @@ def law_pilot(
 
     @wp.struct
     class Pilot:
-        """One run of the loop."""
+        """Control loop of one run."""
 
         loop: Loop
         run: wp.int32
@@ -196,7 +203,7 @@ def law_pilot(
 
     @wp.func
     def sense_of(row: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot):
-        """All that is sensed, with the true image; row: of the target's motion."""
+        """Return all measurements, with the true image; row: of the target's motion."""
         told, known = y, flight
         if wp.static(believes):
             told = state_with(y, flight, pilot.believed)
@@ -223,7 +230,7 @@ def law_pilot(
 
     @wp.func
     def led(sense: Sense, time: Real, pilot: Pilot):
-        """The desired image, and beyond it what the error has summed up to, at its rate."""
+        """Update the integral of the image error, and return the desired image plus its share."""
         frames, run = pilot.loop.frames, pilot.run
         out = sense.desired
         e = wp.cw_mul(sense.sight.seen, sense.desired - sense.sight.image)
@@ -240,8 +247,10 @@ def law_pilot(
 
     @wp.func
     def sensed(i: int, time: Real, y: State, along: Along, flight: Flight, pilot: Pilot):
-        """All that is sensed at the start of step i, with the image in hand; and 1 if no point is
-        in view that is needed, else 0."""
+        """Return all measurements at the start of step i, with the available image.
+
+        Return also 1 if no point is in view that the law needs, else 0.
+        """
         loop, row, lost = pilot.loop, i, zero
         if wp.static(every_stage):
             row = 3 * i

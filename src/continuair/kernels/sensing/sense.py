@@ -1,9 +1,9 @@
-"""What a controller senses on the device, and the laws' common ground.
+"""Measurements of a controller in device code, and functions for control laws.
 
-A controller gives a law: a function of a `LawCode` that returns `Gains`, a Warp struct, and
-`control(sense: Sense, gains: Gains) -> Push`, a Warp function. A push is what the actuators do:
-push(force, moment, bend), force on the UAV in world axes [N], moment on it in body axes [N m],
-bend moments [N m²].
+A control law is a function of a `LawCode` that returns `Gains`, a Warp struct, and
+`control(sense: Sense, gains: Gains) -> Push`, a Warp function. A Push is an actuator wrench,
+push(force, moment, bend): force on the UAV in world axes [N], moment in body axes [N m], bend
+moments [N m²].
 """
 
 from dataclasses import dataclass
@@ -13,68 +13,130 @@ from typing import Any
 import warp as wp
 
 from continuair.device.elementary import elementary_code
-from continuair.device.numbers import Numbers, number_code
+from continuair.device.numbers import Numbers, Struct, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.flight import flight_code
-from continuair.kernels.sensing.eye import eye_code
+from continuair.kernels.sensing.camera import camera_code
 
 
 @dataclass(frozen=True)
 class LawCode:
-    """What a law is written with: types, and functions of what it senses.
+    """Types and functions for the device code of a control law.
 
-    push(force: vec3, moment: vec3, bend: Bends) -> Push, which adds up, with two numbers per
-    section in Bends, arm by arm from the base out, which for one section is vec2; force_of and
-    moment_of give these of a push;
-    camera_push(sense, wrench: Twist) -> Push, J_cᵀ wrench; interaction(sight) -> L, Eq. (14), Amiri
-    et al.; points, bends: number of feature points, and of numbers in Bends; Image, ImageGain,
-    Twist: vectors and matrices for them; numbers, tree: what all of it is for; Sense: below. On the
-    CPU several runs fly at once: a law does so that chooses by above(a, b, x, y), x where a > b and
-    else y, and takes sine, cosine, tanh and angle_of(y, x) from here; one that branches on numbers
-    flies run by run.
+    Parameters
+    ----------
+    numbers : Numbers
+        Precision and lanes.
+    tree : Tree
+        The arms.
+    points : int
+        Number of feature points.
+    bends : int
+        Number of entries of `Bends`.
+    Real : type
+        Scalar.
+    vec2 : type
+        Vector of two.
+    Bends : type
+        Vector of the sections' coordinates, two per arc, arm by arm from the base; `vec2` for one
+        section.
+    vec3 : type
+        Vector of three.
+    quat : type
+        Quaternion x, y, z, w.
+    mat33 : type
+        Matrix (3, 3).
+    Push : type
+        Actuator wrench; a vector, so that wrenches can be added.
+    Image : type
+        Vector of image coordinates (2 points,).
+    ImageGain : type
+        Matrix (2 points, 2 points).
+    Twist : type
+        Linear and angular velocity (6,), or force and moment.
+    Sense : Struct
+        Measurements of the law.
+    push : wp.Function
+        ``push(force: vec3, moment: vec3, bend: Bends) -> Push``.
+    force_of : wp.Function
+        ``force_of(push) -> vec3``.
+    moment_of : wp.Function
+        ``moment_of(push) -> vec3``.
+    camera_push : wp.Function
+        ``camera_push(sense, wrench: Twist) -> Push``, J_cᵀ wrench.
+    interaction : wp.Function
+        ``interaction(sight) -> L``, Eq. (14), Amiri et al. (2026).
+    proprioception : wp.Function
+        ``proprioception(time, y, flight) -> Sense``, without the camera.
+    above : wp.Function
+        ``above(a, b, x, y)``: x where a > b, else y.
+    sine : wp.Function
+        Sine.
+    cosine : wp.Function
+        Cosine.
+    angle_of : wp.Function
+        ``angle_of(y, x)``, the arctangent of y / x in (-π, π].
+    tanh : wp.Function
+        Hyperbolic tangent.
+
+    Notes
+    -----
+    On the CPU several runs are simulated at once if the law selects by `above` and uses `sine`,
+    `cosine`, `tanh` and `angle_of` of this object. A law that branches on numbers is simulated run
+    by run.
     """
 
     numbers: Numbers
     tree: Tree
     points: int
     bends: int
-    Real: Any
-    vec2: Any
-    Bends: Any
-    vec3: Any
-    quat: Any
-    mat33: Any
-    Push: Any
-    Image: Any
-    ImageGain: Any
-    Twist: Any
-    Sense: Any
-    push: Any
-    force_of: Any
-    moment_of: Any
-    camera_push: Any
-    interaction: Any
-    proprioception: Any
-    above: Any
-    sine: Any
-    cosine: Any
-    angle_of: Any
-    tanh: Any
+    Real: type
+    vec2: type
+    Bends: type
+    vec3: type
+    quat: type
+    mat33: type
+    Push: type
+    Image: type
+    ImageGain: type
+    Twist: type
+    Sense: Struct
+    push: wp.Function
+    force_of: wp.Function
+    moment_of: wp.Function
+    camera_push: wp.Function
+    interaction: wp.Function
+    proprioception: wp.Function
+    above: wp.Function
+    sine: wp.Function
+    cosine: wp.Function
+    angle_of: wp.Function
+    tanh: wp.Function
 
 
 @cache
 def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
-    """The common ground for numbers and tree of arms, and a number of feature points."""
+    """Return the types and functions for numbers, a tree of arms and a number of feature points."""
     types, total_of = device_types(numbers, tree), chain_code(numbers, tree, "alone").total_of
-    eye, Flight = eye_code(numbers, tree, points), flight_code(numbers, tree).Flight
+    of_camera, Flight = camera_code(numbers, tree, points), flight_code(numbers, tree).Flight
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, mat33 = types.vec2, types.vec3, types.quat, types.mat33
     position_of, attitude_of, velocity_of = types.position_of, types.attitude_of, types.velocity_of
     bends_of, bend_rates_of, spin_of = types.bends_of, types.bend_rates_of, types.spin_of
     Bends, bends = types.Bends, types.layout.bends
-    Camera, View, Sight, Image, Twist = eye.Camera, eye.View, eye.Sight, eye.Image, eye.Twist
-    ImageGain, interaction, push_of_camera = eye.ImageGain, eye.interaction, eye.camera_push
+    Camera, View, Sight, Image, Twist = (
+        of_camera.Camera,
+        of_camera.View,
+        of_camera.Sight,
+        of_camera.Image,
+        of_camera.Twist,
+    )
+    ImageGain, interaction, push_of_camera = (
+        of_camera.ImageGain,
+        of_camera.interaction,
+        of_camera.camera_push,
+    )
     push, zero = types.push_of, Real(0.0)
     force_of, moment_of = types.force_of, types.moment_of
     above, known = number_code(numbers).above, elementary_code(numbers)
@@ -82,12 +144,12 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
 
     @wp.struct
     class Sense:
-        """What a law may use, at time [s].
+        """Measurements of a law at a time [s].
 
         position, velocity: of B's origin, world axes; attitude: body to world; bend [1/m];
-        angular_velocity: body axes; sight: what the camera reports; desired: the image to reach;
-        camera_twist, target_twist: (v, ω) in camera axes; weight, spring: the pushes that carry
-        the weight and that hold the arm against its own stiffness.
+        angular_velocity: body axes; sight: measured image features; desired: desired image;
+        camera_twist, target_twist: (v, ω) in camera axes; weight, spring: actuator wrenches that
+        compensate gravity and the arm's elasticity.
         """
 
         time: Real
@@ -110,7 +172,7 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
 
     @wp.func
     def weight_push(y: State, flight: Flight):
-        """The push that carries the weight of UAV and arm."""
+        """Return the actuator wrench that compensates the weight of UAV and arms."""
         plant = flight.plant
         total = total_of(y, flight.coefficients, plant, flight.vehicle)
         down = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -flight.gravity))
@@ -123,7 +185,7 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
 
     @wp.func
     def proprioception(time: Real, y: State, flight: Flight):
-        """The parts of a Sense that need no camera."""
+        """Return a Sense without the measurements of the camera."""
         plant = flight.plant
         nothing = vec3(zero, zero, zero)
         out = Sense()
@@ -147,12 +209,12 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
 
     @wp.func
     def camera_push(sense: Sense, wrench: Twist):
-        """J_cᵀ wrench: the push that does what a wrench on the camera, in its axes, would do."""
+        """Return J_cᵀ wrench: the actuator wrench of a wrench on the camera, in camera axes."""
         return push_of_camera(sense.state, sense.view, sense.plant, sense.camera, wrench)
 
     return holding(LawCode, locals())
 
 
 def gains_of(fields: dict[str, Any]) -> Any:
-    """Gains, a struct of fields by name."""
+    """Return Gains, a struct with given fields."""
     return wp.struct(type("Gains", (), {"__annotations__": fields}))

@@ -1,12 +1,11 @@
 """The arc: a section of constant curvature, whose coordinates are its bend vector.
 
-All that knows that an arc has two coordinates, in a plane, is in this package, and of the host's
-arrays in vehicle/arc.py.
+Only this package, and vehicle/arc.py for arrays of the host, depend on its two coordinates.
 """
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import warp as wp
@@ -18,16 +17,30 @@ from continuair.sections.arc.element import element_code
 from continuair.sections.arc.joint import joint_code
 from continuair.sections.arc.moments import MOMENTS, TERMS, length_unit, polynomials
 from continuair.sections.arc.place import place_code
-from continuair.sections.kind import SectionCode, SectionKind
+from continuair.sections.kind import SectionCode, SectionKind, SymbolicSection
+from continuair.typing import Array
 from continuair.vehicle.arc import COORDINATES
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import Section
 
+if TYPE_CHECKING:
+    from casadi import DM, SX
+
+    from continuair.sections.symbolic import Frame
+
 
 @dataclass(frozen=True)
 class Arc(SectionKind):
-    """A section of constant curvature: its bend vector in units of 1/λ, and moments about its base
-    as polynomials in the squared bend."""
+    """A section of constant curvature.
+
+    Kernels hold its bend vector in units of 1/λ, and moments about its base as polynomials in the
+    squared bend.
+
+    Parameters
+    ----------
+    coordinates : int, default 2
+        Number of coordinates.
+    """
 
     coordinates: int = COORDINATES
 
@@ -37,41 +50,153 @@ class Arc(SectionKind):
     parameters: ClassVar[tuple[str, ...]] = ("axial",)
     polar: ClassVar[bool] = True
 
-    def units(self, section: Section, runs: int) -> np.ndarray:
+    def units(self, section: Section, runs: int) -> Array:
+        """Return λ [m], the factor from each component of the bend [1/m] to its kernel unit.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (runs, coordinates).
+        """
         return self._each(length_unit(per_run(section.length, runs)))
 
-    def stiffness(self, section: Section, runs: int) -> np.ndarray:
+    def stiffness(self, section: Section, runs: int) -> Array:
+        """Return E I l [N m³], the elastic force per component of the bend.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (runs, coordinates).
+        """
         return self._each(per_run(section.bending_stiffness, runs) * per_run(section.length, runs))
 
-    def damping(self, section: Section, runs: int) -> np.ndarray:
+    def damping(self, section: Section, runs: int) -> Array:
+        """Return d l [N m³ s], the damping force per rate of the bend.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (runs, coordinates).
+        """
         return self._each(per_run(section.structural_damping, runs) * per_run(section.length, runs))
 
-    def pack(self, section: Section, runs: int) -> dict[str, np.ndarray]:
-        """The polar inertia of the cross-sections, of backbone and disks [kg m²]."""
+    def pack(self, section: Section, runs: int) -> dict[str, Array]:
+        """Return the polar inertia of the cross-sections, of backbone and disks [kg m²].
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Values (runs,) of ``axial``.
+        """
         rod = _Rod(section, runs)
         return {"axial": np.asarray(rod.backbone[2] + sum(disk[3] for disk in rod.disks))}
 
-    def table(self, section: Section, runs: int, at: slice) -> np.ndarray:
+    def table(self, section: Section, runs: int, at: slice) -> Array:
+        """Return the coefficients of the moments of some runs.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+        at : slice
+            The requested runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (n, rows, columns).
+        """
         rod = _Rod(section, runs)
         disks = [[part[at] for part in disk] for disk in rod.disks]
         return polynomials(rod.length[at], [part[at] for part in rod.backbone], disks)
 
-    def symbolic(self, section: Section, base: Any, coordinates: Any, rate: Any, table: Any) -> Any:
+    def symbolic(
+        self, section: Section, base: "Frame", coordinates: "SX", rate: "DM", table: Array
+    ) -> SymbolicSection:
+        """Return the arc in CasADi.
+
+        Parameters
+        ----------
+        section : Section
+            A section of a vehicle.
+        base : Frame
+            The frame at its base.
+        coordinates : SX
+            Its bend vector [1/m].
+        rate : DM
+            Rates of the bend vector, as a matrix times the rates z of the vehicle.
+        table : ndarray
+            Its table of coefficients.
+
+        Returns
+        -------
+        SymbolicSection
+            The arc.
+        """
         from continuair.sections.arc.symbolic import BentArc
 
         return BentArc(section, base, coordinates, rate, table)
 
     def device(self, numbers: Numbers, tree: Tree, section: int) -> SectionCode:
+        """Return the device code of an arc; equal arguments return the same object.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Precision and lanes of device code.
+        tree : Tree
+            The arms.
+        section : int
+            Index of the section among all sections of the tree.
+
+        Returns
+        -------
+        SectionCode
+            The code.
+        """
         return _device(numbers, tree, section)
 
     def _each(self, of_section: np.ndarray) -> np.ndarray:
-        """For every coordinate (runs, coordinates) what holds for the section (runs,)."""
+        """Return values of a section (runs,), repeated for its coordinates (runs, coordinates)."""
         return np.repeat(of_section[:, None], self.coordinates, axis=1)
 
 
 class _Rod:
-    """An arc's parts over runs: length (runs,); (mass, transverse, axial inertia) of the backbone,
-    and after its position of every disk."""
+    """Bodies of an arc over runs.
+
+    length (runs,); backbone: (mass, transverse inertia, axial inertia); disks: (position, mass,
+    transverse inertia, axial inertia) each.
+    """
 
     def __init__(self, section: Section, runs: int) -> None:
         self.length = per_run(section.length, runs)

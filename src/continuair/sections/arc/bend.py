@@ -1,4 +1,4 @@
-"""Device code of bend vectors, of the arcs among the sections of a tree."""
+"""Device code of the bend vectors of the arcs in a tree."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -12,14 +12,13 @@ from continuair.device.types import Tree, device_types
 
 @dataclass(frozen=True)
 class BendCode:
-    """Functions of the sections whose coordinates are a bend vector, arcs.
+    """Functions of arcs, the sections whose coordinates are a bend vector.
 
-    count: how many there are. section_of(arc) is the section that an arc is, and first_of(section)
-    its first coordinate. bend_of(y, section) and bend_rate_of(y, section) give b and ḃ. Of the
-    coordinates of all sections, or of what acts on them, pair_of(bends, section) gives the pair of
-    an arc, and plus_pair(bends, section, pair) adds to it. with_polar(bends, section, κ, ψa, unit)
-    writes κ [1/m] and ψa in its place, and angle_at(section) is where ψa stands. bent(y, section):
-    the part of a full circle that an arc is bent by, squared.
+    count: number of arcs. section_of(arc): section of an arc. first_of(section): its first
+    coordinate. bend_of(y, section), bend_rate_of(y, section): b and ḃ. pair_of(bends, section):
+    pair of an arc among coordinates, or forces, of all sections; plus_pair(bends, section, pair)
+    adds to it. with_polar(bends, section, κ, ψa, unit) writes κ [1/m] and ψa in its place, ψa at
+    the index angle_at(section). bent(y, section): squared share of a full circle.
     """
 
     count: int
@@ -36,7 +35,7 @@ class BendCode:
 
 @cache
 def bend_code(numbers: Numbers, tree: Tree) -> BendCode:
-    """The functions for one kind of numbers and tree."""
+    """Return the functions for one kind of numbers and tree."""
     types = device_types(numbers, tree)
     Real, State, Bends, vec2 = types.Real, types.State, types.Bends, types.vec2
     layout, half = types.layout, Real(0.5)
@@ -87,7 +86,7 @@ def bend_code(numbers: Numbers, tree: Tree) -> BendCode:
 
 
 def _chosen(numbers: list[int]) -> Any:
-    """The function that gives one of some whole numbers by its index."""
+    """Return the function that selects one of some whole numbers by its index."""
 
     @wp.func
     def first(index: int):

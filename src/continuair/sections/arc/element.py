@@ -1,8 +1,9 @@
 """Device code of an arc as a body with two coordinates, its bend b, about its own base.
 
 Lengths along the arc are in units of its λ (sections/arc/moments.py). The rows and the parts of
-their biases are those of sections/kind.py, with J_c for F, J for L and q for b; docs/numerics.md
-derives every term. Warp reads annotations as types, so they are not postponed here.
+their biases are those of sections/kind.py, with J_c for F, J for L and q for b;
+docs/explanation/fast_form.md derives every term. Warp reads annotations as types, so they are not
+postponed here.
 """
 
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from continuair.vehicle.arc import COORDINATES
 
 @dataclass(frozen=True)
 class ElementCode:
-    """Structs and functions of an arc; each is defined, and said what it is, below."""
+    """Structs and functions of an arc, defined and documented below."""
 
     Shape: Any
     Motion: Any
@@ -36,7 +37,7 @@ class ElementCode:
 
 @cache
 def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
-    """The functions for one kind of numbers; the tree says what types they take."""
+    """Return the functions for one kind of numbers and the types of a tree."""
     types, own = device_types(numbers, tree), section_types(numbers, tree, COORDINATES)
     Element, Bias, Columns, Square = own.Element, own.Bias, own.Columns, own.Square
     Real, Row, Table = types.Real, types.Row, types.Table
@@ -48,7 +49,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.struct
     class Shape:
-        """Functions of an arc at u = |b|², their first derivatives in u, and four second."""
+        """Moments of an arc at u = |b|², their derivatives in u, and four second derivatives."""
 
         f: Row
         d: Row
@@ -59,7 +60,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.struct
     class Motion:
-        """How an arc bends: b, ḃ, u̇, b×ḃ; and the first moment's rate, J ḃ."""
+        """Bend of an arc: b, ḃ, u, u̇, b×ḃ; the rate of the first moment, and J ḃ."""
 
         b: vec2
         db: vec2
@@ -71,7 +72,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def shape(table: Table, vehicle: int, first: int, u: Real):
-        """Polynomials of an arc at its bend; first: its first row in the table."""
+        """Evaluate the polynomials of an arc at its bend; first: its first row in the table."""
         w = u - Real(1.0)
         f = Row()
         d = Row()
@@ -79,7 +80,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
         sb = Real(0.0)
         sA = Real(0.0)
         sG = Real(0.0)
-        # TERMS, which the compiler does not know so: the loop's body stands there once.
+        # This equals TERMS, but not as a constant: the compiler does not unroll the loop.
         terms = table.shape[1] - others
         for j in range(terms):
             sa = sa * w + d[alpha]
@@ -148,7 +149,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def second_rate(s: Shape, m: Motion):
-        """d²H/dt² at b̈ = 0, in axes of the base."""
+        """Return d²H/dt² at b̈ = 0, in axes of the base."""
         ddu = two * wp.dot(m.db, m.db)
         lift = two * s.d[alpha] * m.du
         out = s.d[alpha] * ddu + s.dd_alpha * m.du * m.du
@@ -157,7 +158,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def second_turn(s: Shape, m: Motion):
-        """The rate of J ḃ at b̈ = 0, in axes of the base."""
+        """Return the rate of J ḃ at b̈ = 0, in axes of the base."""
         ddu = two * wp.dot(m.db, m.db)
         turn = (s.d[KQ] + s.f[KW]) * m.du
         twist = s.d[KW] * m.du * m.du + s.f[KW] * ddu
@@ -166,7 +167,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def exchange(s: Shape, m: Motion, w: vec3):
-        """İ ω: the inertia changes as the arc bends."""
+        """Return İ ω, from the change of inertia with the bend."""
         b, db = m.b, m.db
         bw = b[0] * w[0] + b[1] * w[1]
         dbw = db[0] * w[0] + db[1] * w[1]
@@ -178,20 +179,20 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def own_bending(s: Shape, m: Motion):
-        """q of an arc whose base does not turn: Ṅ ḃ - ½ ∂(ḃᵀ N ḃ)/∂b."""
+        """Return q of an arc whose base does not rotate: Ṅ ḃ - ½ ∂(ḃᵀ N ḃ)/∂b."""
         ddu = two * wp.dot(m.db, m.db)
         along = quarter * s.d[ND] * m.du * m.du + half * (s.f[ND] - s.d[NP]) * ddu
         return s.d[NP] * m.du * m.db + along * m.b
 
     @wp.func
     def across(s: Shape, m: Motion, w: vec3):
-        """How a turning w and a bend's rate across it push the bend: half of that part of q."""
+        """Return half the coefficient of the part of q linear in both w and ḃ."""
         bw = m.b[0] * w[0] + m.b[1] * w[1]
         return (s.d[KQ] - s.f[KW]) * bw + (s.f[KP] + m.u * s.d[KP]) * w[2]
 
     @wp.func
     def centrifugal(s: Shape, m: Motion, w: vec3, v: vec3):
-        """-½ ∂(ωᵀ I ω)/∂b, as a symmetric form in w and v."""
+        """Return -½ ∂(ωᵀ I ω)/∂b, as a symmetric form in w and v."""
         bw = m.b[0] * w[0] + m.b[1] * w[1]
         bv = m.b[0] * v[0] + m.b[1] * v[1]
         slope = s.f[P] + m.u * s.d[P] + s.d[S]
@@ -203,7 +204,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def full_bias(s: Shape, e: Element, m: Motion, w: vec3):
-        """B(z, z)."""
+        """Return B(z, z)."""
         out = Bias()
         out.force = wp.cross(w, wp.cross(w, e.H) + two * m.moved) + second_rate(s, m)
         out.moment = wp.cross(w, e.I * w + m.turned) + exchange(s, m, w) + second_turn(s, m)
@@ -215,7 +216,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def turning_bias(s: Shape, e: Element, m: Motion, w: vec3, v: vec3):
-        """Force and moment of B(z, (v, 0)); w: of z."""
+        """Return force and moment of B(z, (v, 0)); w: of z."""
         out = Bias()
         out.force = half * (wp.cross(w, wp.cross(v, e.H)) + wp.cross(v, wp.cross(w, e.H)))
         out.force += wp.cross(v, m.moved)
@@ -225,7 +226,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def bending_bias(s: Shape, e: Element, m: Motion, w: vec3, v: vec3):
-        """B(z, (v, ḃ)) with the bend's rate of z; w: of z."""
+        """Return B(z, (v, ḃ)) with ḃ of z; w: of z."""
         out = Bias()
         out.force = half * (wp.cross(w, wp.cross(v, e.H)) + wp.cross(v, wp.cross(w, e.H)))
         out.force += wp.cross(w + v, m.moved) + second_rate(s, m)
@@ -239,7 +240,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
 
     @wp.func
     def first_bending(s: Shape, e: Element, m: Motion, w: vec3):
-        """As bending_bias with v = 0: of an arc whose base the arms do not turn."""
+        """Return `bending_bias` with v = 0: of the first section of an arm."""
         out = Bias()
         out.force = wp.cross(w, m.moved) + second_rate(s, m)
         out.moment = half * (wp.cross(w, m.turned) + exchange(s, m, w)) + second_turn(s, m)

@@ -1,4 +1,4 @@
-"""Device code of an arc's tip as a joint: its place, turn and motion, seen from the base.
+"""Device code of an arc's tip as a joint: position, rotation and motion relative to the base.
 
 The rows are those of sections/kind.py, with J_p for P and J_w for W. From A and Γ at the tip, with
 u = |b|²: B = σ - uΓ and C = 1 - uA.
@@ -20,7 +20,7 @@ from continuair.vehicle.arc import COORDINATES
 
 @dataclass(frozen=True)
 class JointCode:
-    """Functions of an arc's tip; each is defined, and said what it is, below."""
+    """Functions of an arc's tip, defined below."""
 
     joint: Any
     carried: Any
@@ -28,7 +28,7 @@ class JointCode:
 
 @cache
 def joint_code(numbers: Numbers, tree: Tree) -> JointCode:
-    """The functions for one kind of numbers; the tree says what types they take."""
+    """Return the functions for one kind of numbers and the types of a tree."""
     types, code = device_types(numbers, tree), element_code(numbers, tree)
     own = section_types(numbers, tree, COORDINATES)
     Joint, Carried, Columns = own.Joint, own.Carried, own.Columns
@@ -67,7 +67,7 @@ def joint_code(numbers: Numbers, tree: Tree) -> JointCode:
 
     @wp.func
     def carried(s: Shape, unit: Real, m: Motion):
-        """p̈ and the rate of J_w ḃ at b̈ = 0, in axes of the base."""
+        """Return p̈ and the rate of J_w ḃ at b̈ = 0, in axes of the base."""
         out = Carried()
         b, db = m.b, m.db
         ddu = two * wp.dot(db, db)

@@ -1,12 +1,12 @@
-"""Moments of an arc as polynomials in the squared bend: the host side of the fast dynamics.
+"""Moments of an arc as polynomials in the squared bend, computed on the host.
 
-All that the dynamics need of a constant-curvature section is smooth in u = |k|², because the
-backbone point is r(s) = (k A, -B) and the tangent (k B, -C) with A, B, C entire in u. The moments
-are integrated over the backbone (Gauss-Legendre) and summed over the disks at Chebyshev nodes of u
-and interpolated there; the device evaluates one Horner loop, exact through the straight arm.
+The dynamics of a section of constant curvature are smooth in u = |k|², because the backbone point
+is r(s) = (k A, -B) and the tangent (k B, -C) with A, B, C entire in u. The moments are integrated
+over the backbone (Gauss-Legendre) and summed over the disks at Chebyshev nodes of u, and
+interpolated. The device evaluates them in one Horner loop, without a singularity at bend 0.
 
-Inside the kernels lengths along the arc are measured in λ = l / (π √2), so that the bend b = k λ is
-dimensionless and w = |b|² - 1 runs over [-1, 1] up to the full circle |k| l = 2π.
+In kernels lengths along the arc are in units of λ = l / (π √2), so that the bend b = k λ is
+dimensionless, and w = |b|² - 1 ranges over [-1, 1] up to the full circle |k| l = 2π.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from numpy.polynomial import chebyshev
 from continuair.device.types import FULL_LENGTH
 
 MOMENTS = ("alpha", "beta", "P", "Q", "S", "KP", "KQ", "KW", "NP", "ND", "A", "Gamma")
-"""Functions of an arc, in the order in which device code reads them: ten moments about its own
-base, and what its tip's place and turn follow from."""
+"""Functions of an arc, in the order of device code: ten moments about its base, then A and Gamma at
+its tip, which give position and rotation of the tip."""
 
 TERMS = 16
-"""Polynomial terms; with these the interpolation error is below 1e-13 of each moment's range."""
+"""Polynomial terms, for an interpolation error below 1e-13 of each moment's range."""
 
-# Derivatives of high order amplify rounding of the samples near the full circle, so the host side
-# works in extended precision where the platform has it.
+# Derivatives of high order amplify rounding of the samples near the full circle, so the host
+# computes in extended precision if the platform has it.
 _Fine = np.longdouble
 
 _SAMPLES = TERMS + 4
@@ -36,7 +36,7 @@ _QUADRATURE = 40
 
 
 def length_unit(length: Any) -> Any:
-    """λ [m]: the bend vector k [1/m] times λ is the kernels' dimensionless bend b."""
+    """Return λ [m]; the bend vector k [1/m] times λ is the dimensionless bend b of kernels."""
     return np.asarray(length) / FULL_LENGTH
 
 
@@ -48,7 +48,7 @@ def _nodes() -> np.ndarray:
 
 @cache
 def squared_bends() -> np.ndarray:
-    """|b|² at the Chebyshev nodes, shape (samples,)."""
+    """Return |b|² at the Chebyshev nodes (samples,)."""
     return _Fine(1.0) + _nodes()
 
 
@@ -65,12 +65,12 @@ def _interpolation() -> np.ndarray:
 
 
 def interpolate(samples: np.ndarray) -> np.ndarray:
-    """Coefficients of powers of w = |b|² - 1, highest first, from samples on the last axis."""
+    """Return coefficients of powers of w = |b|² - 1, highest first; samples: on the last axis."""
     return (samples @ _interpolation()).astype(float)
 
 
 def _stumpff(z: Any) -> tuple[Any, ...]:
-    """c_0 … c_4 with c_m(z) = Σ (-z)^j / (2j + m)!, z >= 0; c₀ = cos √z, c₁ = sin √z / √z."""
+    """Return c_0 … c_4, c_m(z) = Σ (-z)^j / (2j + m)!, z >= 0; c₀ = cos √z, c₁ = sin √z / √z."""
     x, far = np.sqrt(z), np.maximum(z, 1.0)
     c0, c1 = np.cos(x), _sinc(x)
     c2 = 0.5 * _sinc(0.5 * x) ** 2
@@ -84,7 +84,7 @@ def _sinc(x: Any) -> Any:
 
 
 def _series(order: int, z: Any) -> Any:
-    """Power series of c_order, to full precision for z <= 1."""
+    """Return c_order by its power series, to full precision for z <= 1."""
     total = 0.0
     for j in reversed(range(12)):
         total = _Fine(1.0) / factorial(2 * j + order) - z * total
@@ -92,10 +92,11 @@ def _series(order: int, z: Any) -> Any:
 
 
 def integrands(s: np.ndarray, u: np.ndarray) -> dict[str, tuple[Any, ...]]:
-    """Contribution of the section at arc length s to every moment, with s and 1/√u in units of λ.
+    """Return the contributions of the cross-section at s to every moment; s and 1/√u in units of λ.
 
-    Returns name -> (per mass, per transverse inertia, per axial minus transverse inertia). Primes
-    are d/du; c' of a Stumpff function needs no division: c_m' = (m c_{m+2} - c_{m+1}) / 2.
+    Each moment has three: per mass, per transverse inertia, and per axial minus transverse inertia.
+    Primes are d/du; the derivative of a Stumpff function needs no division:
+    c_m' = (m c_{m+2} - c_{m+1}) / 2.
     """
     s, u = np.broadcast_arrays(np.asarray(s, _Fine), u)
     c0, c1, c2, c3, c4 = _stumpff(s**2 * u)
@@ -117,7 +118,7 @@ def integrands(s: np.ndarray, u: np.ndarray) -> dict[str, tuple[Any, ...]]:
 
 
 def _gauss_legendre() -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights, polished by Newton steps in extended precision."""
+    """Return nodes and weights, refined by Newton steps in extended precision."""
     x = np.polynomial.legendre.leggauss(_QUADRATURE)[0].astype(_Fine)
     for _ in range(2):
         previous: np.ndarray = np.ones_like(x)
@@ -131,7 +132,7 @@ def _gauss_legendre() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def _uniform_rod() -> dict[str, tuple[Any, ...]]:
-    """Integrals of the integrands over σ = s / l in [0, 1], for unit density."""
+    """Return the integrals of the integrands over σ = s / l in [0, 1], for unit density."""
     x, weight = _gauss_legendre()
     s = FULL_LENGTH * 0.5 * (1.0 + x)
     by_density = integrands(s, squared_bends()[:, None])
@@ -141,18 +142,18 @@ def _uniform_rod() -> dict[str, tuple[Any, ...]]:
 
 @cache
 def _end() -> tuple[np.ndarray, np.ndarray]:
-    """A and Γ at a section's end, in units of λ: they are the same for every section."""
+    """Return A and Γ at a section's end, in units of λ, the same for every section."""
     s = _Fine(FULL_LENGTH)
     *_, c2, c3, _ = _stumpff(s**2 * squared_bends())
     return interpolate(s**2 * c2), interpolate(s**3 * c3)
 
 
 def polynomials(length: np.ndarray, backbone: Any, disks: Any) -> np.ndarray:
-    """Coefficients (runs, terms, MOMENTS) of sections: uniform backbones with disks.
+    """Return coefficients (runs, terms, MOMENTS) of sections: uniform backbones with disks.
 
     length: (runs,) [m]. backbone: (mass, transverse, axial inertia) of the whole backbone, each
     (runs,) [kg, kg m², kg m²]. disks: (position, mass, transverse, axial) each, of (runs,). Moments
-    are about the section's own base; powers of w = |b|² - 1, the highest first.
+    are about the section's base; powers of w = |b|² - 1, the highest first.
     """
     unit = length_unit(length)[:, None]
     rods = [(*backbone, _uniform_rod())]

@@ -1,7 +1,6 @@
-"""Device code of points of an arc's backbone, in closed form at its bend, in units of its λ.
+"""Device code of points of an arc's backbone, in closed form, in units of its λ.
 
-The part of an arc from its base to a point is itself an arc, of a share of the length and with the
-same curvature.
+The part of an arc from its base to a point is itself an arc of the same curvature.
 """
 
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from continuair.device.types import FULL_LENGTH, Tree, device_types
 
 @dataclass(frozen=True)
 class PlaceCode:
-    """Place, a struct, and its functions; each is defined, and said what it is, below."""
+    """Place, a struct, and its functions, defined below."""
 
     Place: Any
     place: Any
@@ -29,7 +28,7 @@ class PlaceCode:
 
 @cache
 def place_code(numbers: Numbers, tree: Tree) -> PlaceCode:
-    """The functions for one kind of numbers and tree."""
+    """Return the functions for one kind of numbers and tree."""
     types = device_types(numbers, tree)
     Real, vec2, vec3, quat = types.Real, types.vec2, types.vec3, types.quat
     zero, quarter, half, one, two = (Real(x) for x in (0.0, 0.25, 0.5, 1.0, 2.0))
@@ -41,8 +40,11 @@ def place_code(numbers: Numbers, tree: Tree) -> PlaceCode:
 
     @wp.struct
     class Place:
-        """A point seen from the base [m] and the turn there, about (-b_y, b_x) by -|b| σ; of the
-        part of the arc up to it: its share, its λ, bend and rate; and A, A', B', Γ there."""
+        """Point relative to the base [m], and rotation there, about (-b_y, b_x) by -|b| σ.
+
+        share, unit, b, db: share of the length, λ, bend and rate of the part up to the point.
+        A, dA, dB, Gamma: A, A', B', Γ there.
+        """
 
         point: vec3
         turn: quat
@@ -57,9 +59,9 @@ def place_code(numbers: Numbers, tree: Tree) -> PlaceCode:
 
     @wp.func
     def stumpff(z: Real):
-        """c_1 … c_4 of z, and c_0 and c_1 of z/4: series of z/64, and three times the double angle.
+        """Return c_1 … c_4 of z, and c_0 and c_1 of z/4.
 
-        c_0 is 1 - z c_2.
+        Series at z/64 are followed by three double-angle steps; c_0 is 1 - z c_2.
         """
         t = z * Real(0.015625)
         c3 = series_3(t)
@@ -79,7 +81,7 @@ def place_code(numbers: Numbers, tree: Tree) -> PlaceCode:
 
     @wp.func
     def place(b: vec2, db: vec2, unit: Real, share: Real):
-        """Of an arc's bend and rate, and its λ."""
+        """Return the Place at a share of an arc with given bend, rate and λ."""
         out = Place()
         out.share = share
         out.unit = share * unit
@@ -99,13 +101,13 @@ def place_code(numbers: Numbers, tree: Tree) -> PlaceCode:
 
     @wp.func
     def along_bend(a: Real, d_a: Real, d_beta: Real, b: vec2, force: vec3):
-        """Jᵀ force of a point at (a b, -β), whose derivatives in u are d_a and d_beta."""
+        """Return Jᵀ force of a point at (a b, -β); d_a, d_beta: derivatives in u."""
         h = vec2(force[0], force[1])
         return a * h + two * (d_a * wp.dot(b, h) - d_beta * force[2]) * b
 
     @wp.func
     def pushed_by(at: Place, force: vec3, moment: vec3):
-        """Jᵀ (force, moment): a wrench at a place, in axes of the base, as a force on the bend."""
+        """Return Jᵀ (force, moment), the generalised force on the bend of a wrench at a place."""
         b = at.b
         twist = at.A * moment[2] - at.Gamma * (b[0] * moment[0] + b[1] * moment[1])
         bend = at.unit * along_bend(at.A, at.dA, at.dB, b, force)
@@ -114,7 +116,7 @@ def place_code(numbers: Numbers, tree: Tree) -> PlaceCode:
 
     @wp.func
     def swept_by(at: Place):
-        """Its velocity as the arc bends [m/s], in axes of the base."""
+        """Return the velocity from the bend rate [m/s], in axes of the base."""
         b, db = at.b, at.db
         along = two * wp.dot(b, db)
         return at.unit * vec3(
@@ -125,7 +127,7 @@ def place_code(numbers: Numbers, tree: Tree) -> PlaceCode:
 
     @wp.func
     def turned_by(at: Place):
-        """Its turning as the arc bends, in axes of the base."""
+        """Return the angular velocity from the bend rate, in axes of the base."""
         b, db = at.b, at.db
         across = b[0] * db[1] - b[1] * db[0]
         return vec3(

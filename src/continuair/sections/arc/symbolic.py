@@ -1,4 +1,4 @@
-"""An arc in CasADi: docs/numerics.md derives every term."""
+"""An arc in CasADi: docs/explanation/fast_form.md derives every term."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ _UP = DM([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True)
 class BentArc:
-    """An arc on its base: its bend k (2,), k̇ of z (2, n), and its moments as polynomials."""
+    """An arc on its base.
+
+    bend: k (2,). rate (2, n): k̇ as a matrix times the rates z. table: its moments as polynomials.
+    """
 
     section: Section
     base: Frame
@@ -28,7 +31,7 @@ class BentArc:
     table: np.ndarray
 
     def frame(self, share: float = 1.0) -> Frame:
-        """The frame at a part of the length; at the end it is the next section's base."""
+        """Return the frame at a share of the length; at 1 it is the base of the next section."""
         unit = share * length_unit(self.section.length)
         b = unit * self.bend
         x, y, u = b[0], b[1], ca.sumsqr(b)
@@ -51,12 +54,12 @@ class BentArc:
 
     @property
     def motion(self) -> SX:
-        """Of its base and its bend (8, n)."""
+        """Return the Jacobian (8, n) of the motion of its base and its bend."""
         return ca.vertcat(self.base.motion, self.rate)
 
     @property
     def inertia(self) -> SX:
-        """(8, 8), of the velocity of its base, its turning and k̇."""
+        """Return the inertia (8, 8) for velocity and angular velocity of its base, and k̇."""
         unit = length_unit(self.section.length)
         b = unit * self.bend
         f = _moments(self.table, ca.sumsqr(b))
@@ -74,7 +77,7 @@ class BentArc:
 
     @property
     def bent(self) -> SX:
-        """The part of a full circle that it is bent by, squared."""
+        """Return the squared share of a full circle by which it is bent."""
         return ca.sumsqr(self.bend * self.section.length) / MAX_BEND_ANGLE**2
 
 
@@ -84,7 +87,7 @@ def _axial_inertia(section: Section) -> float:
 
 
 def _moments(table: np.ndarray, u: SX) -> dict[str, SX]:
-    """The functions of a section at u = |b|², by Horner's rule in u - 1."""
+    """Return the moments of a section at u = |b|², by Horner's rule in u - 1."""
     return {
         name: reduce(lambda value, term: value * (u - 1) + term, terms)
         for name, terms in zip(MOMENTS, table.T.tolist(), strict=True)

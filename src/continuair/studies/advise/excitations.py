@@ -28,7 +28,7 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 MODERATE = 0.5
-"""Frequency over the clamped one at which errors are quoted and couplings are told apart."""
+"""Frequency over the clamped one at which errors are quoted and couplings separated."""
 
 REFINED = 8
 """Frequencies of the round that halves in on a limit."""
@@ -38,18 +38,16 @@ SETTLED, LASTING = 0.1, 8.0
 of so many times what the slowest motion of the loop takes."""
 
 _LONGER = float(np.sqrt(10.0))
-"""Ratio of the durations of flights that fly together: what acts on them is sampled once."""
+"""Ratio of the durations of flights simulated together, whose loads are sampled once."""
 
 
 def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) -> dict[str, Any]:
-    """Error of each model at the moderate load, and the frequency up to which it is tolerable.
+    """Return the error of each model at the moderate load, and the highest tolerable frequency.
 
-    limit_hz: NaN where the lowest frequency tried is not, inf where all are, None for a release or
-    a fall.
-    Errors are as `flown_errors` has them. settled, and limit_settled at the limit: whether a flight
-    that is longer, by what its loop takes to settle, says the same within a tenth, and what it
-    says; None where no loop holds the place, so that nothing settles, where there is no error, and
-    for what does not oscillate.
+    limit_hz: NaN if the lowest frequency tried exceeds the tolerance, inf if none does, None for a
+    release or a fall. Errors are those of `flown_errors`. settled, and limit_settled at the limit:
+    whether a flight longer by the loop's settling time agrees within a tenth, and its value. Both
+    are None if no loop holds the position, there is no error, or nothing oscillates.
     """
     excitation = EXCITATIONS[name]
     errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE], loop).items()}
@@ -84,7 +82,7 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
 
 
 def _amplitude(vehicle: Vehicle, name: str) -> float | None:
-    """Of the input at the moderate load and frequency, in its unit; None where nothing acts."""
+    """Return the input's amplitude at the moderate load and frequency; None without input."""
     excitation = EXCITATIONS[name]
     if excitation.amplitude is None:
         return None
@@ -121,7 +119,7 @@ def _settled(
 
 
 def _lasting(vehicle: Vehicle, loop: Loop) -> float:
-    """Clamped periods in which the slowest motion of a loop settles; 0 where that is unknown."""
+    """Return clamped periods in which the slowest motion of a loop settles; 0 if unknown."""
     rate = slowest(vehicle, loop)
     if rate is None:
         return 0.0
@@ -130,7 +128,7 @@ def _lasting(vehicle: Vehicle, loop: Loop) -> float:
 
 
 def _alike(error: float, longer: float) -> bool | None:
-    """Whether an error is that of a longer flight; None where there is none."""
+    """Return whether an error is that of a longer flight; None where there is none."""
     return bool(abs(longer - error) <= SETTLED * error) if np.isfinite(error) else None
 
 
@@ -143,10 +141,13 @@ def _errors(
     least: float = 0.0,
     alone: Array | None = None,
 ) -> dict[str, Array]:
-    """Error of each model at each frequency; longer: than need be, and at least so many periods;
-    alone: periods that flights last (n,), 0 for one that lasts as others do."""
+    """Return the error of each model at each frequency.
+
+    longer: longer than needed, by at least so many periods; alone: periods of flights (n,), 0 for
+    one that lasts as others do.
+    """
     frequencies = np.asarray(frequencies, float)
-    errors = {model: np.empty(len(frequencies)) for model in SIMPLER}
+    errors: dict[str, Array] = {model: np.empty(len(frequencies)) for model in SIMPLER}
     alone = np.zeros(len(frequencies)) if alone is None or not loop.settles else alone
     shared = np.flatnonzero(alone == 0.0)
     parts = [(shared[at], periods) for at, periods in _together(name, frequencies[shared], loop)]
@@ -160,7 +161,7 @@ def _errors(
 
 
 def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array, float]]:
-    """Indices of frequencies (n,) that fly as long, and how long [clamped periods]."""
+    """Return indices of frequencies (n,) of equal duration, and the duration [clamped periods]."""
     if EXCITATIONS[name].on is None or not loop.closed:
         yield np.arange(len(frequencies)), PERIODS
         return
@@ -175,7 +176,7 @@ def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array
 
 
 def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, float]:
-    """Error of the coupled model without one coupling, at the moderate load."""
+    """Return the error of the coupled model without one coupling, at the moderate load."""
     (_, periods), *_rest = _together(name, np.array([MODERATE]), loop)
     scenario = excited(vehicle, name, MODERATE, loop, periods)
     found = attribution(vehicle, scenario, *sampling(vehicle, scenario))
@@ -183,11 +184,11 @@ def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, fl
 
 
 def missed(couplings: dict[str, float], error: float) -> str:
-    """The coupling whose loss errs most, or recoil where two of them cancel in part; nothing where
-    flights without each of them end early, as those of the coupled model then may.
+    """Return the coupling whose omission errs most, or "recoil" if two partly cancel.
 
-    couplings: of `attribute`; error: without all of them. `responsible` of analysis/couplings.py
-    knows one coupling only, whose shares of many flights it counts.
+    Return nothing if flights without each of them end early, as those of the coupled model then
+    may. couplings: of `attribute`; error: without all of them. `responsible` of
+    analysis/couplings.py counts one coupling only, over many flights.
     """
     if not np.isfinite(list(couplings.values())).any():
         return ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from continuair.analysis.excited import excited_arm
-from continuair.analysis.modes import Modes, modes
+from continuair.analysis.modes import Base, Modes, modes
 from continuair.analysis.trim import trim
 from continuair.errors import InputError
 from continuair.studies.excited_flights import Loop, least_periods
@@ -15,27 +15,27 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 SCAN = np.geomspace(0.05, 3.0, 20)
-"""Frequencies over the clamped one that are tried of every vehicle."""
+"""Frequencies over the clamped one that are tried for every vehicle."""
 
 LONGEST = float(least_periods(SCAN[0]))
 """Clamped periods that a flight at the lowest of them lasts in a loop."""
 
 _WIDER = 1.5
-"""Ratio of the frequencies below: what a loop does changes within more than that."""
+"""Ratio of the frequencies below, over which a loop's response changes little."""
 
 _BESIDE = 0.02
-"""Share by which a resonance is away from all others that are tried, or is not tried itself."""
+"""Relative distance of a resonance from all frequencies tried, below which it is left out."""
 
 _SWOLLEN = 5.0
 """Times a resonance decays by e while it swells, and while it counts."""
 
 
 def tried(vehicle: Vehicle, loop: Loop) -> tuple[Array, Array]:
-    """Frequencies (n,) over the clamped one: SCAN, those below at which a loop still moves, and the
-    resonances of further arms and sections, which may be narrower than what lies between.
+    """Return frequencies (n,) over the clamped one, and the clamped periods that each needs (n,).
 
-    And how many clamped periods each must be flown for (n,), for a resonance to swell as far as it
-    does; 0 where `least_periods` are enough.
+    They are SCAN, lower ones at which a loop still moves, and the resonances of further arms and
+    sections, which may be narrower than the spacing. The periods let a resonance reach its
+    amplitude; they are 0 where `least_periods` are enough.
     """
     found = {place: 0.0 for place in SCAN.tolist()}
     clamped = float(excited_arm(vehicle).frequency)
@@ -57,8 +57,10 @@ def tried(vehicle: Vehicle, loop: Loop) -> tuple[Array, Array]:
 
 
 def slowest(vehicle: Vehicle, loop: Loop) -> float | None:
-    """The rate [rad/s] of the slowest motion of a loop that holds the place; None of a controller
-    whose settings do not say it."""
+    """Return the rate [rad/s] of the slowest motion of a loop that holds the position.
+
+    None for a controller whose settings do not say it.
+    """
     held = loop.held if loop.name == OWN else hover_loop(vehicle, loop.name, loop.bandwidth)
     assert held is not None
     if not {"position_bandwidth", "integral_share"} <= held.settings.keys():
@@ -67,12 +69,14 @@ def slowest(vehicle: Vehicle, loop: Loop) -> float | None:
 
 
 def hovering(vehicle: Vehicle) -> list[float]:
-    """Frequencies of the hovering vehicle's modes with gravity, arms as they hang [Hz]; none where
-    it has no stable balance."""
+    """Return frequencies of the hovering vehicle's modes with gravity, arms at rest [Hz].
+
+    There are none without a stable equilibrium.
+    """
     return [float(each) for each in _swings(vehicle, "hovering").frequencies / (2.0 * np.pi)]
 
 
-def _swings(vehicle: Vehicle, base: str) -> Modes:
+def _swings(vehicle: Vehicle, base: Base) -> Modes:
     try:
         return modes(vehicle, trim(vehicle).q, base=base)
     except InputError:

@@ -1,4 +1,4 @@
-"""What a reader of the advice must know besides: where it comes from, and where it ends."""
+"""Notes to the advice: its origin and its limits."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from continuair.studies.standard_loops import OWN
 from continuair.studies.tables import number, number_below
 
 _FURTHER = 1.5
-"""A limit this many times another one is told of."""
+"""Ratio of limits from which a note reports them."""
 
 _UNEQUAL = 0.1
-"""Share by which the inertia in roll and pitch may differ without a word."""
+"""Relative difference of the inertia in roll and pitch from which a note reports it."""
 
 _GROUPS = ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio")
 
@@ -43,7 +43,7 @@ def notes(results: dict[str, Any]) -> list[str]:
 
 
 def _better(results: dict[str, Any]) -> list[str]:
-    """Where the model without any coupling to the UAV does better than the decoupled one."""
+    """Return a note where the model without any coupling to the UAV beats the decoupled one."""
     found = []
     for task, of in results["verdicts"].items():
         limits = [of[model]["limit"] for model in ("independent", "decoupled")]
@@ -58,19 +58,19 @@ def _better(results: dict[str, Any]) -> list[str]:
 
 
 def _printed(limit: float) -> float:
-    """A limit as it is told."""
+    """Format a limit."""
     return float(number_below(limit)) if math.isfinite(limit) else _rank(limit)
 
 
 def _alone(results: dict[str, Any], task: str) -> list[str]:
-    """Where a limit is that of one excitation, and the others would allow much more."""
+    """Return a note where one excitation sets the limit, and the others would allow much more."""
     limits = results["verdicts"][task]["decoupled"].get("limits", {})
     if not limits:
         return []
     worst = min(limits, key=lambda name: _rank(limits[name]))
     others = {name: limit for name, limit in limits.items() if name != worst}
     if not others:
-        return [f"{task}: one excitation alone, {worst}, oscillates."]
+        return [f"{task}: only {worst} oscillates."]
     if math.isinf(limits[worst]) or _rank(min(others.values(), key=_rank)) < _FURTHER * max(
         _rank(limits[worst]), 0.0
     ):
@@ -85,14 +85,14 @@ def _rank(limit: float) -> float:
 
 def _up_to(limit: float) -> str:
     if math.isnan(limit):
-        return "allows nothing that was tried"
+        return "allows nothing tried"
     if math.isinf(limit):
-        return "allows all that was tried"
+        return "allows all tried"
     return f"allows {number_below(limit)}"
 
 
 def _unstable(results: dict[str, Any]) -> list[str]:
-    """Where the bent arm makes a loop unstable that is stable with the arm as it hangs."""
+    """Return a note where a loop that is stable with the arm at rest is unstable with it bent."""
     growth = results["loop"]["growth_1_s"]
     oscillating = any(
         "hz" in of for part in results["excitations"].values() for of in part["models"].values()
@@ -100,14 +100,14 @@ def _unstable(results: dict[str, Any]) -> list[str]:
     if growth is None or growth <= STEADY or not oscillating:
         return []
     return [
-        "With the arm bent and held by a constant moment, as loads find it, the loop is unstable: "
-        f"a small tilt grows by {number(growth, 2)} 1/s, which limits of oscillating loads rest "
-        "on; give a stiffer arm, or fly it with a servo that holds it (flight_controller)."
+        "With the arm bent by a constant moment the loop is unstable: a small tilt grows by "
+        f"{number(growth, 2)} 1/s, which affects limits of oscillating loads. Give a stiffer arm, "
+        "or a servo for the arm (flight_controller)."
     ]
 
 
 def _unsettled(results: dict[str, Any]) -> list[str]:
-    """Errors that do not rest on settled cycles."""
+    """Return a note on errors that do not rest on settled cycles."""
     if not results["excitations"]:
         return []
     if results["loop"]["name"] == "none":
@@ -118,9 +118,9 @@ def _unsettled(results: dict[str, Any]) -> list[str]:
         ]
     if (drifting := results["loop"]["drifting_s"]) is not None:
         return [
-            "Nothing holds the place in this loop, so that sideways the models drift apart for as "
-            f"long as they fly: errors and limits are those of flights of {number(drifting, 2)} s, "
-            "at every frequency, and in shorter ones smaller."
+            "This loop does not hold the position, so that the models drift apart sideways. "
+            f"Errors and limits are those of flights of {number(drifting, 2)} s, at every "
+            "frequency, and smaller in shorter ones."
         ]
     found = []
     for name, part in results["excitations"].items():
@@ -134,18 +134,18 @@ def _unsettled(results: dict[str, Any]) -> list[str]:
             ]
             if longer:
                 found.append(
-                    f"{name}, {model}: the error has not settled: in a longer flight, as the loop "
-                    f"takes to settle, it is {' and '.join(longer)}."
+                    f"{name}, {model}: the error has not settled: in a flight longer by the "
+                    f"loop's settling time it is {' and '.join(longer)}."
                 )
     return found
 
 
 def _error(value: float) -> str:
-    return number(value, 2) if math.isfinite(value) else "lost, as the flight ends early,"
+    return number(value, 2) if math.isfinite(value) else "undefined, as the flight stops early,"
 
 
 def _from(results: dict[str, Any]) -> list[str]:
-    """Where what was tried begins."""
+    """Return a note on the lowest frequency tried."""
     if not (tried := _tried(results)):
         return []
     begins = max(min(hz) for hz in tried)
@@ -153,31 +153,31 @@ def _from(results: dict[str, Any]) -> list[str]:
 
 
 def _slower(results: dict[str, Any]) -> list[str]:
-    """Where gravity swings the arm faster than anything that was tried."""
+    """Return a note where the arm swings under gravity faster than any frequency tried."""
     ends = min((max(hz) for hz in _tried(results)), default=np.inf)
     swing = min(results["hovering_hz"], default=0.0)
     if swing <= ends:
         return []
     return [
-        f"The hovering vehicle swings at {number(swing, 2)} Hz, and what was tried ends at "
-        f"{number_below(ends)} Hz: beyond it nothing is said."
+        f"The hovering vehicle swings at {number(swing, 2)} Hz, above the highest frequency tried, "
+        f"{number_below(ends)} Hz; the verdicts do not extend beyond it."
     ]
 
 
 def _tried(results: dict[str, Any]) -> list[list[float]]:
-    """The frequencies [Hz] that each excitation which oscillates was tried at with each model."""
+    """Return the frequencies [Hz] tried of each oscillating excitation and model."""
     parts = results["excitations"].values()
     return [of["hz"] for part in parts for of in part["models"].values() if "hz" in of]
 
 
 def _lost(results: dict[str, Any]) -> list[str]:
-    """Where flights ended early: the coupled model's, for which there are no errors, or others."""
+    """Return a note on flights that ended early, and on errors that are therefore missing."""
     found = []
     for name, part in results["excitations"].items():
         for model, of in part["models"].items():
             errors = np.asarray(of.get("errors", ()), float)
             for whose, lost, so in (
-                ("the coupled model", np.isnan(errors), "where there is nothing to err from"),
+                ("the coupled model", np.isnan(errors), "so that errors are undefined"),
                 (model, np.isinf(errors), "which counts as beyond every tolerance"),
             ):
                 if lost.any():
@@ -192,14 +192,14 @@ def _lost(results: dict[str, Any]) -> list[str]:
 
 
 def _one_plane(results: dict[str, Any]) -> list[str]:
-    """That a vehicle which turns more easily in one direction is pushed in one alone."""
+    """Return a note that loads act along x only, if the inertias about x and y differ."""
     roll, pitch, _ = np.diagonal(results["vehicle"]["uav"]["inertia"])
     if not results["excitations"] or not _are_unequal(roll, pitch):
         return []
     return [
-        f"Loads push along x and turn about y alone, where the UAV's inertia is {number(pitch, 2)} "
-        f"kg m², and {number(roll, 2)} about x; describe the vehicle turned by 90° about z to ask "
-        "of the other direction."
+        f"Loads act along x and about y alone, where the UAV's inertia is {number(pitch, 2)} "
+        f"kg m², and {number(roll, 2)} about x; rotate the vehicle by 90° about z to test the "
+        "other direction."
     ]
 
 
@@ -208,7 +208,7 @@ def _are_unequal(roll: float, pitch: float) -> bool:
 
 
 def _outside(results: dict[str, Any]) -> list[str]:
-    """What of a vehicle with [arm], and of its flights, the atlas does not hold."""
+    """Return notes on properties of a vehicle with [arm], and of its flights, outside the atlas."""
     vehicle = results["vehicle"]
     if not isinstance(vehicle["arm"], dict):
         return []
@@ -249,7 +249,7 @@ def _beyond(results: dict[str, Any]) -> list[tuple[str, float, tuple[float, floa
 
 
 def _ruled(results: dict[str, Any]) -> list[str]:
-    """What the atlas's rule of controlled vehicles says, where it holds."""
+    """Return what the atlas's rule of controlled vehicles predicts, where it holds."""
     plain = isinstance(results["vehicle"]["arm"], dict)
     if results["loop"]["name"] != "position" or not plain or _beyond(results):
         return []
@@ -263,11 +263,11 @@ def _ruled(results: dict[str, Any]) -> list[str]:
         for name, limit in zip(summary["excitation"].to_numpy(), limits, strict=True)
         if name in results["excitations"]
     ]
-    start = "The rule of the atlas, made of other vehicles in this loop, allows"
-    return [f"{start} {', '.join(told)}; what was flown counts."] if told else []
+    start = "The atlas's rule, fitted to other vehicles in this loop, allows"
+    return [f"{start} {', '.join(told)}; the simulations above take precedence."] if told else []
 
 
 def _ruled_limit(hertz: float) -> str:
     if math.isnan(hertz):
         return "nothing"
-    return "all that was tried" if math.isinf(hertz) else f"{number_below(hertz)} Hz"
+    return "all tried" if math.isinf(hertz) else f"{number_below(hertz)} Hz"

@@ -21,7 +21,7 @@ def as_table(results: dict[str, Any]) -> str:
         "",
         loop_of(results),
         "",
-        f"Coupling {results['groups']['coupling']:.2f}, from 0 (a UAV like a rock) to 1.",
+        f"Coupling {results['groups']['coupling']:.2f}, from 0 (an immovable UAV) to 1.",
         "",
         *_verdicts(results),
         *_errors(results),
@@ -49,7 +49,7 @@ OUTSIDE = (
     "The atlas of other flights and the comparison with a beam are of one arm of one section: this "
     "vehicle lies outside of both."
 )
-"""What is told of a vehicle with [[arm]] in their place."""
+"""Note on a vehicle with [[arm]] in place of both."""
 
 
 def _beside_a_beam(results: dict[str, Any]) -> list[str]:
@@ -85,7 +85,7 @@ def _scope(results: dict[str, Any]) -> str:
     length, tolerance = results["length_m"], results["tolerance"]
     varied = results["varied"]
     return (
-        f"Good enough is a tip within {tolerance:g} of the arm's length "
+        f"Tolerance: a tip within {tolerance:g} of the arm's length "
         f"({1e3 * tolerance * length:.3g} mm) and {tolerance:g} rad, "
         f"or |DS| up to {results['pixels']:g} px. Bending frequency of the clamped arm: "
         f"{results['clamped_hz']:.3g} Hz without gravity; modes of the hovering vehicle, with "
@@ -95,16 +95,16 @@ def _scope(results: dict[str, Any]) -> str:
 
 def _modes(results: dict[str, Any]) -> str:
     told = list(dict.fromkeys(f"{hz:.3g}" for hz in results["hovering_hz"]))
-    return f"{', '.join(told)} Hz" if told else "none, as it has no stable balance"
+    return f"{', '.join(told)} Hz" if told else "none, as it has no stable equilibrium"
 
 
 def loop_of(results: dict[str, Any]) -> str:
     """Return the sentence about the loop that holds the hover."""
     law = results["loop"]["controller"]
     if not results["excitations"]:
-        return "Loop: that of the camera; no other has a part in tracking."
+        return "Loop: only that of the camera, in tracking."
     if law is None:
-        return "Loop: none; nothing holds the hover but constant forces."
+        return "Loop: none; constant forces hold the hover."
     if results["loop"]["name"] == OWN:
         return f"Loop: the controller {law['name']}, which was given."
     place = law.get("position_bandwidth", law.get("height_bandwidth"))

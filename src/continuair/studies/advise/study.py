@@ -1,15 +1,15 @@
-"""Advice on a vehicle: which model is good enough for which task, up to what frequency or speed.
+"""Advice on a vehicle: which model is accurate enough for a task, up to what frequency or speed.
 
-The vehicle itself is flown, on the standard excitations and on visual tracking; nothing is looked
-up or fitted. An error is the larger of the tip's RMSE over the arm's length and the RMS angle
-between the tips [rad].
+The vehicle itself is simulated, with the standard excitations and with visual tracking; nothing is
+tabulated or fitted. An error is the larger of the tip's RMSE over the arm's length and the RMS
+angle between the tips [rad].
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -36,7 +36,7 @@ from continuair.studies.timing import flight_alone, median_ratios
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 PIXELS = 0.7
-"""|DS| that is good enough by default [px]."""
+"""Tolerated |DS| by default [px]."""
 
 _STEPS, _REPEATS = 20_000, 11
 
@@ -44,9 +44,13 @@ _LIFT_AND_MOMENTS = 4
 """Rank of the wrench of a law that tilts to move."""
 
 
+Advice: TypeAlias = dict[str, Any]
+"""What `advise` returns; plain numbers and texts by name."""
+
+
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest errors that count as good enough: of the tip [share of l, rad], and of DS [px]."""
+    """Tolerances: of the tip [share of l, rad], and of DS [px]."""
 
     tip: float = 0.02
     pixels: float = PIXELS
@@ -57,7 +61,7 @@ class Tolerance:
 
 
 def chosen_tasks(tasks: Sequence[str]) -> list[str]:
-    """The tasks asked for, all by default, or InputError."""
+    """Return the chosen tasks, by default all, or raise InputError."""
     known = [*TASKS, *(f"track:{letter}" for letter in LETTERS)]
     return checks.choices("task", tasks or [*TASKS, "track:M"], known)
 
@@ -73,7 +77,7 @@ def advise(
     controller: Controller | None = None,
     called: str | None = None,
     progress: Progress | None = None,
-) -> dict[str, Any]:
+) -> Advice:
     """Fly a vehicle with each model, and return for which task the simpler ones will do.
 
     Parameters
@@ -183,15 +187,17 @@ def _groups(vehicle: Vehicle, controller: Controller | None) -> dict[str, float]
 
 
 def _growth(vehicle: Vehicle, controller: Controller | None) -> float | None:
-    """The rate [1/s] at which a small tilt grows or decays as loads find the vehicle, its arm bent
-    and held by a constant moment."""
+    """Return the growth rate [1/s] of a small tilt of the vehicle, its arm held bent.
+
+    The arm is held by a constant moment. The rate is negative for a tilt that decays.
+    """
     if controller is None:
         return None
     return bent_growth(vehicle, controller, np.asarray(standard_scenario("release", vehicle).q))
 
 
 def varied(vehicle: Vehicle) -> str:
-    """What of a vehicle with [[arm]] is excited, as a sentence; empty for one with [arm]."""
+    """Return a sentence on the excited arm of a vehicle with [[arm]]; empty for one with [arm]."""
     if not vehicle.has_arm_list:
         return ""
     found = excited_arm(vehicle)
@@ -206,7 +212,7 @@ def varied(vehicle: Vehicle) -> str:
 def _excitations(
     vehicle: Vehicle, names: Sequence[str], tolerance: float, loop: Loop, steps: Steps
 ) -> dict[str, Any]:
-    """What is found of each excitation, with the coupling that its error comes from."""
+    """Return the findings of each excitation, with the coupling that causes its error."""
     found: dict[str, Any] = {}
     for name in names:
         steps.begin(f"excitation {name}")
@@ -220,13 +226,13 @@ def _excitations(
 
 
 def step_cost(vehicle: Vehicle) -> dict[str, float]:
-    """Median of the time of a model's step over that of the coupled one's, flown in turns.
+    """Return the median time of a model's step over that of the coupled one, measured in turns.
 
-    Of flights on one thread, without what prepares them.
+    Flights are on one thread, without their preparation.
     """
     scenario = standard_scenario("release", vehicle)
     step = scenario.duration / _STEPS
-    flights = {
+    flights: dict[str, Callable[[], object]] = {
         model: flight_alone(vehicle, scenario, model, step=step) for model in (REFERENCE, *SIMPLER)
     }
     return median_ratios(flights, REFERENCE, _REPEATS)

@@ -14,6 +14,7 @@ from continuair.controllers.gain_files import Gains
 from continuair.kernels.dynamics import REFERENCE
 from continuair.scenario import paths
 from continuair.scenario.tracking_task import LETTER_HEIGHT, SETTINGS, damping_notes, equipped, task
+from continuair.typing import Model
 from continuair.vehicle.vehicle import Vehicle
 
 SLOWEST, FASTEST = 50.0, 5.0
@@ -27,29 +28,32 @@ def tracking_limit(
     vehicle: Vehicle,
     letter: str,
     gains: Gains | Controller,
-    models: tuple[str, ...],
+    models: tuple[Model, ...],
     pixels: float,
 ) -> dict[str, Any]:
-    """Target speed up to which each model's plant stays within `pixels` of the coupled one, behind
-    a camera without noise.
+    """Return the target speed up to which each model stays within `pixels` of the coupled one.
 
-    Returns by model: ds_max_px at the slowest letter, limit_m_s (NaN: none of those tried, inf:
-    all), and the scan: speeds [m/s] and the largest |DS| [px] after the transient (NaN where a run
-    ended early, or rounding decides where it goes); and rms_px of the coupled plant. gains: those
-    of the paper's law, or a controller of the user's. Raises InputError.
+    The camera has no noise. Returns by model: ds_max_px at the slowest letter, limit_m_s (NaN: none
+    of those tried, inf: all), and the scan: speeds [m/s] and the largest |DS| [px] after the
+    transient. |DS| is NaN where a run ended early, or rounding dominates it. rms_px: of the coupled
+    plant. gains: of the paper's law, or a controller. Raises InputError.
     """
     # Of one draw of noise, limits would be that draw's.
     flown = equipped(vehicle, SETTINGS["nominal"]).replace({"camera.noise": 0.0})
     own = isinstance(gains, Controller)
     law = gains if isinstance(gains, Controller) else gains.controller(flown)
 
-    def fly(durations: np.ndarray, *models: str) -> dict[str, np.ndarray]:
+    def fly(durations: np.ndarray, *models: Model) -> dict[str, np.ndarray]:
         return _fly(flown, letter, law, durations, models)
+
+    def finer(durations: np.ndarray, name: str) -> np.ndarray:
+        (model,) = (each for each in models if each == name)
+        return fly(durations, model)[name]
 
     durations = np.geomspace(SLOWEST, FASTEST, SCANNED)
     found = fly(durations, *models)
     rms = found.pop("rms")
-    limits = find_limits(durations, found, pixels, lambda more, m: fly(more, m)[m], REFINED)
+    limits = find_limits(durations, found, pixels, finer, REFINED)
     lost = np.isnan(rms)
     return {
         "letter": letter,
@@ -70,7 +74,7 @@ def tracking_limit(
 
 
 def tracking_notes(vehicle: Vehicle) -> list[str]:
-    """Return sentences on how the vehicle is flown in tracking otherwise than it is."""
+    """Return sentences on differences between the vehicle and its simulation in tracking."""
     if not (noise := vehicle.camera.noise):
         return damping_notes(vehicle)
     return [
@@ -81,12 +85,11 @@ def tracking_notes(vehicle: Vehicle) -> list[str]:
 
 
 def _fly(
-    vehicle: Vehicle, letter: str, law: Any, durations: np.ndarray, models: tuple[str, ...]
+    vehicle: Vehicle, letter: str, law: Any, durations: np.ndarray, models: tuple[Model, ...]
 ) -> dict[str, np.ndarray]:
-    """RMS error of the coupled plant, and |DS| of each model, by duration."""
+    """Return the RMS error of the coupled plant, and |DS| of each model, by duration."""
     letters = [letter] * len(durations)
-    # What a start that is off leaves, which a slow law takes long to bring home, is none of the
-    # target's speed.
+    # No initial error: its transient, long for a slow law, does not depend on the target's speed.
     scenario = task(vehicle, letters, law, durations.tolist(), off=False)
     flights = {}
     for model in (REFERENCE, *models):
@@ -104,6 +107,6 @@ def _fly(
 
 
 def _speed(letter: str, duration: float) -> float:
-    """Largest speed of the letter's centroid [m/s]."""
+    """Return the largest speed of the letter's centroid [m/s]."""
     velocity = paths.letter(letter, LETTER_HEIGHT, duration)(np.linspace(0.0, duration, 2001))[1]
     return float(np.linalg.norm(velocity, axis=1).max())

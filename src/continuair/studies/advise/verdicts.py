@@ -1,4 +1,4 @@
-"""What follows from errors and limits for a task: a sentence, its scope and its exceptions."""
+"""Verdicts on a task from errors and limits: a sentence, its scope and its exceptions."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ def cost_verdict(step_over_coupled: dict[str, float]) -> str:
 
 
 def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
-    """What follows for a task and a model: a sentence, and its scope and exceptions.
+    """Return the verdict on a task and a model: a sentence, and its scope and exceptions.
 
-    scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided", where
-    the coupled model itself is lost; limits, scopes: of each excitation that oscillates [Hz];
-    except: excitations of the task, of no frequency, for which it does not hold.
+    scope: "all" frequencies or speeds tried, those "below" the limit, "none", or "undecided" if the
+    coupled model itself fails. limits, scopes: of each oscillating excitation [Hz]. except:
+    excitations of the task, without a frequency, to which it does not apply.
     """
     if task in results["tracking"]:
         found = results["tracking"][task]
@@ -74,8 +74,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     lost = " and ".join(name for name, part in parts.items() if _is_lost(part["models"][model]))
     if lost:
         text = (
-            f"undecided: the coupled model itself does not fly {lost} to the end; "
-            f"{_remedy(parts, model)}"
+            f"undecided: the coupled model itself does not complete {lost}; {_remedy(parts, model)}"
         )
         return {"scope": "undecided", "except": [], "limit": np.nan, "unit": "Hz", "text": text}
     once = [name for name, part in parts.items() if part["models"][model]["limit_hz"] is None]
@@ -88,7 +87,7 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     highest = min(max(parts[name]["models"][model]["hz"]) for name in limits)
     tried = f"motion at every frequency tried, up to {number_below(highest)} Hz"
     text = _sentence(limit, "motion below {} Hz", tried)
-    # One coupling at a time is left out of the coupled model: what `decoupled` misses is found so.
+    # The missing effect of `decoupled`: one coupling at a time is left out of the coupled model.
     missed = {
         name: _missed(parts[name]["responsible"]) if model == "decoupled" else ""
         for name in (worst, *bad)
@@ -106,17 +105,17 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
 
 
 def _remedy(parts: dict[str, Any], model: str) -> str:
-    """What helps where flights are lost; the load of a contact grows with the arm's stiffness."""
+    """Return the remedy for flights that fail; a contact's load grows with the arm's stiffness."""
     tip = parts.get("tip")
     if tip is not None and _is_lost(tip["models"][model]):
-        load = f"its load, {tip['amplitude']:.3g} N, is more than the vehicle bears at the tip"
+        load = f"its load, {tip['amplitude']:.3g} N, exceeds the capacity of the vehicle at the tip"
         return f"{load}; give a softer arm"
     return "give the vehicle a stiffer arm, or a loop that holds it"
 
 
 def _missed(culprit: str) -> str:
-    """What a model misses, as a clause."""
-    return f" (what is missed: {culprit})" if culprit else ""
+    """Return a clause on the effect that a model lacks."""
+    return f" (missing effect: {culprit})" if culprit else ""
 
 
 def _is_lost(entry: dict[str, Any]) -> bool:

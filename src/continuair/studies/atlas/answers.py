@@ -1,4 +1,4 @@
-"""What the atlas of controlled vehicles says: claims with verdicts, and the numbers behind them."""
+"""Conclusions of the atlas of controlled vehicles: claims with verdicts, and their numbers."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class Answer:
-    """A claim, whether it holds, and what that rests on."""
+    """A claim, whether it holds, and its evidence."""
 
     claim: str
     verdict: str
@@ -71,14 +71,14 @@ def _pushed(summary: xr.Dataset) -> Answer:
     held = [_at_least(summary, none["force"], loop["force"]) for none, loop in both.values()]
     return Answer(
         "Where a force pushes the UAV sideways, a loop does not help",
-        # Kinds whose limits are both below what was flown do not tell; others do.
+        # Kinds whose limits are both below all frequencies do not decide; others do.
         _together([each for each in held if each is not None] or held),
         "; ".join(_compared(summary, str(kind), ("force",)) for kind in both),
     )
 
 
 def medians(summary: xr.Dataset, kind: str) -> tuple[dict[str, float], dict[str, float]]:
-    """Median limit of each load without a loop, and in one."""
+    """Return the median limit of each load without a loop, and in one."""
     names = [str(name) for name in summary["excitation"].to_numpy()]
     of = summary["kind_limit"].sel(kind=kind)
     none, loop = (of.sel(loop=name).to_numpy() for name in ("none", "position"))
@@ -93,7 +93,7 @@ def _compared(summary: xr.Dataset, kind: str, loads: Sequence[str]) -> str:
 
 
 def printed_limit(summary: xr.Dataset, limit: float) -> str:
-    """A limit over the clamped frequency as texts print it; 0 is none, infinity all."""
+    """Return a limit over the clamped frequency as texts print it; 0 is none, infinity all."""
     first, last = (float(summary["frequency"][place]) for place in (0, -1))
     if not limit >= first:
         return f"below {first:g}"
@@ -105,8 +105,7 @@ def _loads(names: Sequence[str]) -> str:
 
 
 def _at_least(summary: xr.Dataset, limit: float, other: float, times: float = 1.0) -> bool | None:
-    """Whether a limit is at least so many times another one; None where what was flown does not
-    tell."""
+    """Return whether a limit is at least so many times another; None if undetermined."""
     (least, most), (fewest, largest) = _within(summary, limit), _within(summary, other)
     if least >= times * largest:
         return True
@@ -114,7 +113,7 @@ def _at_least(summary: xr.Dataset, limit: float, other: float, times: float = 1.
 
 
 def _within(summary: xr.Dataset, limit: float) -> tuple[float, float]:
-    """Where a limit lies: 0 is anything below the frequencies, infinity anything above them."""
+    """Return the interval of a limit: 0 is below all frequencies, infinity above."""
     first, last = (float(summary["frequency"][place]) for place in (0, -1))
     if limit < first:
         return 0.0, first
@@ -126,7 +125,7 @@ def _not(held: bool | None) -> bool | None:
 
 
 def _together(held: Iterable[bool | None]) -> str:
-    """The verdict on a claim that says several things."""
+    """Return the verdict on a claim with several parts."""
     found = list(held)
     if False in found:
         return NO
@@ -201,7 +200,7 @@ def _verdict(holds: bool) -> str:
 
 
 def _best(summary: xr.Dataset, loop: str) -> str:
-    """The single number besides frequency and coupling with which the worst load does best."""
+    """Return the number that explains most besides frequency and coupling, for the worst load."""
     single = {name: _explained(summary, loop, name).min() for name in NAMES}
     return max(single, key=lambda name: float(single[name]))
 
@@ -211,7 +210,7 @@ def _explained(summary: xr.Dataset, loop: str, besides: str) -> np.ndarray:
 
 
 def _each(summary: xr.Dataset, shares: np.ndarray) -> str:
-    """Shares of all excitations, with their names."""
+    """Return shares of all excitations, with their names."""
     names = summary["excitation"].to_numpy()
     told = [
         f"{round(100 * max(share, 0.0))} % ({name})"

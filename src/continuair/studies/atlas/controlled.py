@@ -1,7 +1,7 @@
 """Paired flights of vehicles of all kinds, each with a position loop and without, over frequency.
 
-They are the flights that `advise` makes of one vehicle, moderate loads and all, so that a limit
-means the same here and there.
+They are the flights that `advise` makes of one vehicle, with the same moderate loads, so that their
+limits are comparable.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from continuair.studies.excited_flights import NO_LOOP, Loop, flown_errors, leas
 from continuair.studies.standard_excitations import EXCITATIONS, PERIODS
 from continuair.studies.standard_loops import hover_loops
 from continuair.sweeps.sampling import sobol_box
+from continuair.typing import Model
 from continuair.vehicle.runs import take
 from continuair.vehicle.vehicle import Vehicle
 
@@ -36,7 +37,7 @@ CONTROLLED_RANGES = {
     "damping_ratio": RANGES["damping_ratio"],
     "bandwidth": (0.2, 4.0),
 }
-"""Ends of what each group is sampled from, evenly in its logarithm.
+"""Range of each group, sampled uniformly in its logarithm.
 
 bandwidth: of the loop's attitude, over the arm's clamped frequency.
 """
@@ -57,7 +58,7 @@ PERIOD = 0.4
 """Clamped period [s]: a hundred instants at which the loop acts, as of real arms at 250 Hz."""
 
 _CHUNK = 256
-_MODEL = "decoupled"
+_MODEL: Model = "decoupled"
 
 
 def sample_vehicles(vehicles: int, seed: int) -> dict[str, Array]:
@@ -72,18 +73,18 @@ def controlled_vehicle(groups: dict[str, Array]) -> Vehicle:
 
 
 def attitude_bandwidth(groups: dict[str, Array]) -> Array:
-    """Bandwidth of each vehicle's attitude loop [rad/s]."""
+    """Return the bandwidth of each vehicle's attitude loop [rad/s]."""
     return np.asarray(groups["bandwidth"] * 2.0 * np.pi / PERIOD)
 
 
 def fly_vehicles(
     groups: dict[str, Array], progress: Progress | None = None, *, folder: Path | None = None
 ) -> xr.Dataset:
-    """Fly every vehicle at FREQUENCIES, in each of CONTROLLED, with decoupled and coupled model.
+    """Simulate every vehicle at FREQUENCIES, in each of CONTROLLED, decoupled and coupled.
 
-    folder: for what has been flown; what is there already is not flown again. Returns error (loop,
-    excitation, frequency, vehicle), infinite where a flight failed, as all do of a vehicle whose
-    loop is unstable; stable (vehicle,), the groups, and the coupling.
+    folder: of results, from which existing ones are reused. Returns error (loop, excitation,
+    frequency, vehicle), infinite where a run failed, as all do of a vehicle whose loop is unstable;
+    stable (vehicle,), the groups, and the coupling.
     """
     count, parts = len(groups["bandwidth"]), []
     for first in range(0, count, _CHUNK):
@@ -97,7 +98,7 @@ def fly_vehicles(
 
 
 def _flights(groups: dict[str, Array], progress: Progress | None) -> xr.Dataset:
-    """What `fly_vehicles` returns, of a batch."""
+    """Return the result of `fly_vehicles` for a batch."""
     vehicle = controlled_vehicle(groups)
     errors, stable = _flown(vehicle, attitude_bandwidth(groups), progress)
     data: dict[str, Any] = {name: ("vehicle", values) for name, values in groups.items()}
@@ -109,10 +110,10 @@ def _flights(groups: dict[str, Array], progress: Progress | None) -> xr.Dataset:
 
 
 def errors_at(vehicle: Vehicle, bandwidths: Array, name: str, frequencies: Array) -> Array:
-    """Error (runs,) of each vehicle of a batch in its position loop at a frequency of its own.
+    """Return the error (runs,) of each vehicle of a batch in its loop, each at its own frequency.
 
-    Infinite where the loop is unstable, or the flight failed. Flights last as long as the slowest
-    of them must.
+    It is infinite where the loop is unstable or the run failed. All runs last as long as the
+    slowest needs. Loops are position loops.
     """
     found = np.full(len(frequencies), np.inf)
     held, stable = hover_loops(vehicle, bandwidths)

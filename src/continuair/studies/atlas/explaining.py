@@ -13,7 +13,7 @@ from continuair.studies.atlas.rule import logarithm, products
 Array = np.ndarray
 
 TWO = ("coupling",)
-"""What the rule of two numbers knows besides the frequency."""
+"""Variables of the rule of two numbers besides the frequency."""
 
 BESIDES = (
     (),
@@ -29,8 +29,10 @@ under every load."""
 
 
 def explained(fitted: xr.Dataset, judges: xr.Dataset, loop: str, names: Sequence[str]) -> Array:
-    """Share (excitation,) of the variance of the error's logarithm that frequency and some numbers
-    explain, of vehicles that the fit has not seen."""
+    """Return the share (excitation,) of the log error's variance that some numbers explain.
+
+    The numbers include the frequency. Vehicles are ones that were not used in the fit.
+    """
     known, seen = (products(each, names) for each in (fitted, judges))
     shares = []
     for load in LOADS:

@@ -30,7 +30,7 @@ RANGES = {
     "load": (0.02, 0.6),
     "frequency": (0.1, 4.0),
 }
-"""Ends of what each group is sampled from, evenly in its logarithm."""
+"""Range of each group, sampled uniformly in its logarithm."""
 
 FREE = ("mass_ratio", "inertia_ratio", "gravity_number", "slenderness", "damping_ratio", "bend")
 """Groups of a flight on which nothing oscillates."""
@@ -40,7 +40,7 @@ ERRORS = {
     "error": "RMSE of the tip's position over the arm's length",
     "angle": "RMS of the angle between the tips [rad]",
 }
-"""What is kept of a pair."""
+"""Recorded values of a pair."""
 
 RTOL = 1e-6
 """Tolerance of the flights: 1e-4 leaves errors of weakly coupled vehicles up to a fifth off."""
@@ -66,10 +66,10 @@ def sample(excitation: str, runs: int, seed: int) -> dict[str, Array]:
 def fly(
     excitation: str, groups: dict[str, Array], progress: Progress | None = None, rtol: float = RTOL
 ) -> xr.Dataset:
-    """Fly every run with each model beside the coupled one; rtol: as `run_pairs` takes it.
+    """Simulate every run with each model beside the coupled one; rtol: as in `run_pairs`.
 
-    Returns nrmse, error, angle over (run, model), NaN where a flight left the model's range, and
-    the groups (run), with the coupling.
+    Returns nrmse, error, angle over (run, model), NaN where a run left the model's range, and the
+    groups (run), with the coupling.
     """
     vehicle = vehicle_of(groups)
     strength = coupling(vehicle)
@@ -93,11 +93,11 @@ def fly(
 
 
 def load_angle(excitation: str, groups: Any) -> Any:
-    """Return the angle (runs,) [rad] by which the load or the release bends or turns something,
-    of loads to first order and without gravity's pull on the bent arm.
+    """Return the angle (runs,) [rad] by which the load or the release bends or turns something.
 
-    Errors grow with it in proportion while it is small. A UAV that accelerates steadily by a times
-    gravity bends its arm by 10/3 a g / (l ω_c²).
+    It is computed to first order in the load, and without gravity on the bent arm. Errors are
+    proportional to it while it is small. A UAV that accelerates steadily by a times gravity bends
+    its arm by 10/3 a g / (l ω_c²).
     """
     if EXCITATIONS[excitation].on is None:
         return groups["bend"]

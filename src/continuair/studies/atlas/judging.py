@@ -29,7 +29,7 @@ from continuair.vehicle.runs import take
 Array = np.ndarray
 
 TOLERANCES = (0.02, 0.05)
-"""Errors that count as good enough; the first is what `advise` asks for by default."""
+"""Tolerances of errors; the first is the default of `advise`."""
 
 KINDS = {
     "soft, fast": ((0.2, 2.0), (2.0, 4.0)),
@@ -44,13 +44,13 @@ SPREAD = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Quantiles over vehicles of the limits that were flown."""
 
 STANDS = ("answered", "unsafe", "fine", "kept")
-"""What `against` tells of a rule."""
+"""Results of `against` for a rule."""
 
 _BATCH = 256
 
 
 def halves(flights: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
-    """The vehicles with a stable loop: those that are fitted, and those that judge."""
+    """Return the vehicles with a stable loop, in two halves: for the fit and for the test."""
     count = flights.sizes["vehicle"]
     drawn = np.random.default_rng(count).permutation(count)
     fitted, judges = (flights.isel(vehicle=np.sort(each)) for each in np.array_split(drawn, 2))
@@ -61,17 +61,17 @@ def halves(flights: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def limits(flights: xr.Dataset, loop: str, tolerance: float) -> Array:
-    """Frequencies (excitation, vehicle) at which flown errors first leave a tolerance."""
+    """Return frequencies (excitation, vehicle) at which simulated errors first exceed tolerance."""
     frequencies = flights["frequency"].to_numpy()
     errors = flights["error"].sel(loop=loop).to_numpy()
     return np.stack([crossing(frequencies, each, tolerance) for each in errors])
 
 
 def against(ruled: Array, flown: Array, frequencies: Array) -> dict[str, Array]:
-    """How a rule's limits (excitation, vehicle) stand against those that were flown.
+    """Compare a rule's limits (excitation, vehicle) with the simulated ones.
 
-    answered: share of vehicles that the rule allows any frequency; unsafe: share of these with a
-    limit below the rule's; fine: share of all flights, vehicle by frequency, that could be
+    answered: share of vehicles to which the rule allows any frequency; unsafe: share of these with
+    a limit below the rule's; fine: share of all runs, vehicle by frequency, within tolerance when
     decoupled; kept: share of those that the rule allows.
     """
     last = float(np.max(frequencies))
@@ -91,10 +91,10 @@ def against(ruled: Array, flown: Array, frequencies: Array) -> dict[str, Array]:
 def refuted(
     judges: xr.Dataset, ruled: Array, tolerance: float, progress: Progress | None = None
 ) -> Array:
-    """Which answers (excitation, vehicle) of a rule flights refute: at its limit, or below it.
+    """Return which limits (excitation, vehicle) of a rule simulations refute, at or below them.
 
-    ruled: its limits. Every vehicle is flown at its own, in its position loop; at the frequencies
-    below, it has been.
+    ruled: its limits. Every vehicle is simulated at its own limit, in its position loop; the
+    frequencies below have been simulated already.
     """
     frequencies = judges["frequency"].to_numpy()
     scanned = judges["error"].sel(loop="position").to_numpy()
@@ -116,14 +116,14 @@ def refuted(
 
 
 def judge(flights: xr.Dataset, progress: Progress | None = None) -> xr.Dataset:
-    """Fit the rules on one half of the vehicles and judge them by the other.
+    """Fit the rules on one half of the vehicles and test them on the other.
 
     flights: as `fly_vehicles` returns them. Returns the rule, as `allowed` takes it; explained
     (loop, besides, excitation); STANDS (loop, numbers, excitation, accepted) of the rule and of
-    that of two numbers; limit_spread (loop, accepted, excitation, quantile); and of the position
-    loop refuted, answers (excitation, accepted): counts, and ruled_limit and flown_limit
-    (excitation, judge) at the first tolerance. Of KINDS of vehicles there are how many (kind) and
-    kind_limit (kind, loop, excitation), the median that was flown at that tolerance.
+    that of two numbers; and limit_spread (loop, accepted, excitation, quantile). Of the position
+    loop it returns refuted, answers (excitation, accepted): counts, and ruled_limit and flown_limit
+    (excitation, judge) at the first tolerance. By KINDS of vehicles, it returns how many there are
+    (kind) and kind_limit (kind, loop, excitation), the median simulated limit at that tolerance.
     """
     fitted, judges = halves(flights)
     rules = {loop: rule_of(fitted, loop, NUMBERS[loop]) for loop in CONTROLLED}
@@ -162,7 +162,7 @@ def judge(flights: xr.Dataset, progress: Progress | None = None) -> xr.Dataset:
 
 
 def kinds(flights: xr.Dataset) -> xr.Dataset:
-    """How many vehicles of each of KINDS have a stable loop, and the medians of their limits."""
+    """Return the count of vehicles of each of KINDS with a stable loop, and their median limits."""
     stable = flights.isel(vehicle=flights["stable"].to_numpy())
     found = {loop: limits(stable, loop, TOLERANCES[0]) for loop in CONTROLLED}
     gravity, bandwidth = (stable[name].to_numpy() for name in ("gravity_number", "bandwidth"))
@@ -182,7 +182,7 @@ def kinds(flights: xr.Dataset) -> xr.Dataset:
 
 
 def rule_of(fitted: xr.Dataset, loop: str, names: Sequence[str]) -> xr.Dataset:
-    """A rule of one loop that knows some numbers, as `allowed` takes it."""
+    """Return the rule of one loop that uses some numbers, as `allowed` takes it."""
     found = fit(fitted, names, loop)
     kept = NUMBERS["position"]
     return xr.Dataset(
@@ -202,7 +202,7 @@ def rule_of(fitted: xr.Dataset, loop: str, names: Sequence[str]) -> xr.Dataset:
 
 
 def _stands(rule: xr.Dataset, judges: xr.Dataset, loop: str) -> Array:
-    """What `against` says of a rule (stand, excitation, accepted)."""
+    """Return the results of `against` for a rule (stand, excitation, accepted)."""
     groups = {str(name): judges[str(name)].to_numpy() for name in rule["number"].to_numpy()}
     frequencies = judges["frequency"].to_numpy()
     found = [
@@ -224,7 +224,7 @@ def _spread(flown: Array, shares: Sequence[float] = SPREAD) -> Array:
 def _at_the_limits(
     summary: xr.Dataset, judges: xr.Dataset, progress: Progress | None
 ) -> xr.Dataset:
-    """What flights at the rule's limits say, in the position loop."""
+    """Return the results of simulations at the rule's limits, in the position loop."""
     groups: dict[str, Any] = {name: judges[name].to_numpy() for name in NUMBERS["position"]}
     wrong, answers, kept = [], [], dict[str, Array]()
     for tolerance in TOLERANCES:

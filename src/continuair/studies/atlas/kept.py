@@ -19,10 +19,10 @@ Array = np.ndarray
 def kept(
     folder: Path | None, name: str, groups: Mapping[str, Array], fly: Callable[[], xr.Dataset]
 ) -> xr.Dataset:
-    """Return flights of vehicles of some groups: those kept in a folder by that name, or new ones.
+    """Return flights of vehicles of some groups, from a folder if it has them, or new ones.
 
-    New ones are kept there, unless there is no folder. What another version has flown, or of other
-    groups, and what cannot be read, is flown again.
+    New ones are saved there, if there is a folder. Files of another version or other groups, and
+    unreadable ones, are replaced.
     """
     if folder is None:
         return fly()

@@ -35,7 +35,7 @@ LOOP_RANGES = {
     "bandwidth": (1.5, 6.0),
     "length": (0.4, 1.2),
 }
-"""Ends of what is sampled, evenly in its logarithm.
+"""Ranges, sampled uniformly in the logarithm.
 
 stiffness: clamped frequency over the loop's bandwidth; speed: the target's, over bandwidth times
 the camera's distance; bandwidth [rad/s] and length [m] set the scales.
@@ -55,7 +55,7 @@ LOOP_ERRORS = {
     "so that rounding decides where it went",
     "lost_decoupled": "1 if the decoupled loop did",
 }
-"""What is kept of a pair."""
+"""Recorded values of a pair."""
 
 _CHUNK, _SAMPLE = 64, 0.01
 _TIP = ("tip_position", "tip_attitude")
@@ -120,9 +120,9 @@ def loop_scenario(vehicle: Vehicle, groups: dict[str, Array], first: int = 0) ->
 
 
 def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, Array]:
-    """LOOP_ERRORS of a batch; a loop is held that keeps its target, and that is determined."""
+    """Return LOOP_ERRORS of a batch; a loop counts if it keeps its target and is determined."""
     scenario = loop_scenario(vehicle, groups, first)
-    # Loops that are lost are counted, not told one by one.
+    # Loops that fail are counted, not reported one by one.
     with untold():
         flown = [
             fly_twice(vehicle, scenario, _TIP, model=model, sample=_SAMPLE) for model in PLANTS
@@ -146,6 +146,6 @@ def _flown(vehicle: Vehicle, groups: dict[str, Array], first: int) -> dict[str, 
 
 @functools.cache
 def _length(letter: str) -> float:
-    """Length of a letter's path, of height 1."""
+    """Return the length of a letter's path, of height 1."""
     position = paths.letter(letter, 1.0, 1.0)(np.linspace(0.0, 1.0, 2001))[0]
     return float(np.linalg.norm(np.diff(position, axis=0), axis=1).sum())

@@ -20,10 +20,9 @@ EXAMPLE = {"coupling": 0.4, "mass_ratio": 0.03}
 
 
 def as_table(summary: xr.Dataset) -> str:
-    """Return what the study says, in Markdown."""
-    return (
-        "\n".join(["# May I decouple a controlled vehicle? The atlas", "", *block(summary)]) + "\n"
-    )
+    """Return the study's conclusions in Markdown."""
+    title = "# May I decouple a controlled vehicle? The atlas"
+    return "\n".join([title, "", *limits_by_kind(summary), "", *block(summary)]) + "\n"
 
 
 def block(summary: xr.Dataset) -> list[str]:
@@ -32,8 +31,6 @@ def block(summary: xr.Dataset) -> list[str]:
     rows = [[each.claim, f"**{each.verdict}**", each.evidence] for each in answers(summary)]
     heads = ["claim", "holds", "because"]
     return [
-        *limits_by_kind(summary),
-        "",
         "So far the rule lets a vehicle of coupling "
         f"{EXAMPLE['coupling']:g} and mass ratio {EXAMPLE['mass_ratio']:g} be decoupled in a loop:",
         "",
@@ -64,7 +61,7 @@ def limits_by_kind(summary: xr.Dataset) -> list[str]:
 
 
 def _told_kinds() -> str:
-    """What soft and stiff, fast and slow mean."""
+    """Return the definitions of soft and stiff, fast and slow."""
     (gravity, bandwidth), (_, slow) = KINDS["soft, fast"], KINDS["soft, slow"]
     (_, stiff), _ = KINDS["stiff, fast"]
     return (
@@ -74,7 +71,7 @@ def _told_kinds() -> str:
 
 
 def _kinds(summary: xr.Dataset) -> list[str]:
-    """Medians of the limits that were flown, without a loop and in one."""
+    """Return medians of the simulated limits, without a loop and in one."""
     names = [str(name) for name in summary["excitation"].to_numpy()]
     rows = []
     for kind, count in zip(summary["kind"].to_numpy(), summary["vehicles"].to_numpy(), strict=True):
@@ -85,7 +82,7 @@ def _kinds(summary: xr.Dataset) -> list[str]:
 
 
 def _limits(summary: xr.Dataset) -> list[str]:
-    """The rule's limits of some vehicles."""
+    """Return the rule's limits of some vehicles."""
     tolerance = float(summary["accepted"][0])
     names = [str(name) for name in summary["excitation"].to_numpy()]
     gravity, bandwidth = (np.array(each) for each in zip(*EXAMPLES, strict=True))

@@ -22,7 +22,7 @@ NUMBERS = {
     "none": ("coupling", "gravity_number"),
     "position": ("coupling", "gravity_number", "bandwidth", "mass_ratio"),
 }
-"""What a rule knows of a vehicle in each loop, besides the frequency."""
+"""Variables of a rule in each loop, besides the frequency."""
 
 ENDS = {"coupling": COUPLING} | CONTROLLED_RANGES
 """Range of each number."""
@@ -32,17 +32,17 @@ _FAILED = 10.0
 
 
 def products(flights: xr.Dataset, names: Sequence[str]) -> Array:
-    """Terms (vehicle, terms) of some numbers of the vehicles that were flown."""
+    """Return terms (vehicle, terms) of some numbers of the simulated vehicles."""
     return terms([scaled(name, flights[name].to_numpy(), ENDS[name]) for name in names])
 
 
 def logarithm(errors: Array) -> Array:
-    """Logarithm of errors, those of failed flights included."""
+    """Return the logarithm of errors, those of failed flights included."""
     return np.log(np.minimum(errors, _FAILED))
 
 
 def fit(flights: xr.Dataset, names: Sequence[str], loop: str) -> Array:
-    """Coefficients (excitation, frequency, terms) of a rule that knows some numbers.
+    """Return coefficients (excitation, frequency, terms) of a rule that uses some numbers.
 
     flights: of vehicles with a stable loop, as `fly_vehicles` returns them.
     """

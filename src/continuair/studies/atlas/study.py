@@ -1,4 +1,4 @@
-"""The atlas: where decoupling holds, over dimensionless groups, and what is missed where not."""
+"""The atlas: where decoupling holds, over dimensionless groups, and which coupling matters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from continuair.studies.atlas.summary import summarise, summarise_loops
 from continuair.studies.standard_excitations import EXCITATIONS, sample_time
 
 RUNS, LEAST = 100_000, 600
-"""Open-loop runs by default, and the fewest that say anything."""
+"""Open-loop runs by default, and the fewest that are meaningful."""
 
 VEHICLES, LEAST_VEHICLES = 2048, 128
 """Vehicles that are flown with a loop by default, and the fewest that a rule can be made of."""
@@ -34,10 +34,10 @@ _CHECKED = 64
 
 
 def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) -> xr.Dataset:
-    """Fly the atlas, and return its summary.
+    """Simulate the atlas, and return its summary.
 
-    runs: in open loop, over all excitations, each of them with every model; one closed-loop pair
-    for every fifty. The summary's attributes say how it was made. Raises InputError.
+    runs: in open loop, over all excitations, each with every model, with one closed-loop pair per
+    fifty. The summary's attributes record its settings. Raises InputError.
     """
     checks.whole("runs", runs, LEAST)
     checks.whole("seed", seed, 0)
@@ -71,7 +71,7 @@ def atlas(runs: int = RUNS, seed: int = 0, *, progress: Progress | None = None) 
 
 
 def check_size(vehicles: int, seed: int) -> None:
-    """Raise InputError for what `controlled` would refuse; nothing is flown."""
+    """Raise InputError for sizes that `controlled` would refuse, before any simulation."""
     checks.whole("vehicles", vehicles, LEAST_VEHICLES)
     checks.whole("seed", seed, 0)
 
@@ -83,10 +83,10 @@ def controlled(
     folder: Path | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Fly vehicles with a position loop and without, fit the rule on half of them, and judge it.
+    """Simulate vehicles with a position loop and without; fit the rule on half, test on the rest.
 
-    folder: for what has been flown, as `fly_vehicles` has it. Returns what `judge` does; its
-    attributes say how it was made. Raises InputError.
+    folder: of results, as for `fly_vehicles`. Returns the result of `judge`; its attributes record
+    the settings. Raises InputError.
     """
     check_size(vehicles, seed)
     groups = sample_vehicles(vehicles, seed)
@@ -101,8 +101,10 @@ def controlled(
 
 
 def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:
-    """Share of flights for which each coupling is the one whose loss errs most, and how much the
-    loss errs, over decoupling."""
+    """Return the share of flights in which each coupling's omission errs most, and by how much.
+
+    The error is relative to that of decoupling.
+    """
     groups = sample(name, runs, seed + 1)
     vehicle = vehicle_of(groups)
     scenario = scenario_of(name, vehicle, groups)
@@ -122,8 +124,10 @@ def _attributed(name: str, runs: int, seed: int) -> dict[str, Any]:
 
 
 def _tolerance_error(name: str, groups: dict[str, Any]) -> float:
-    """Largest relative change of a decoupled model's error, for 9 of 10 flights, at a tenth of the
-    tolerance."""
+    """Return the largest relative change of an error at a tenth of the tolerance.
+
+    It covers 9 of 10 flights of decoupled models.
+    """
     some = {group: values[:_CHECKED] for group, values in groups.items()}
     errors, finer = (
         fly(name, some, rtol=rtol)["error"].sel(model="decoupled") for rtol in (RTOL, 0.1 * RTOL)

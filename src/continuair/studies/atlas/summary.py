@@ -1,4 +1,4 @@
-"""The atlas in little: maps of the error over the two governing groups, and what governs it."""
+"""Summary of the atlas: maps of the error over the two governing groups, and their importance."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def _summary(name: str, flight: xr.Dataset) -> xr.Dataset:
 
 
 def _governed(name: str, flight: xr.Dataset, cell: Array, inside: Array) -> dict[str, Any]:
-    """Importance of every group for the logarithm of every error, and what the map explains."""
+    """Return the importance of every group for every error's logarithm, and the map's share."""
     names = varied(name)
     unit = np.stack([_unit(flight[g].to_numpy(), RANGES[g]) for g in names], axis=-1)
     place = [list(RANGES).index(g) for g in names]
@@ -147,8 +147,10 @@ def _governed(name: str, flight: xr.Dataset, cell: Array, inside: Array) -> dict
 
 
 def _explained_by(cell: Array, values: Array) -> float:
-    """Share of the variance that goes from cell to cell, of which each cell's mean takes one degree
-    of freedom; NaN where that leaves none."""
+    """Return the share of the variance between cells, corrected for degrees of freedom.
+
+    Each cell's mean takes one degree of freedom; NaN if none remains.
+    """
     count = np.bincount(cell)
     mean = np.bincount(cell, values) / np.maximum(count, 1)
     free = len(values) - int(np.count_nonzero(count))
@@ -163,7 +165,7 @@ def _unit(values: Array, ends: tuple[float, float]) -> Array:
 
 
 def _cell(values: Array, ends: Array) -> Array:
-    """Index of the cell of each value, -1 outside."""
+    """Return the index of the cell of each value, -1 outside."""
     found = np.searchsorted(ends, values, side="right") - 1
     return np.where((found >= 0) & (found < len(ends) - 1), found, -1)
 
