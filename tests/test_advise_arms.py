@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from amiri2026.tracking.study import tracking
+from amiri2026.robustness.study import robustness
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
 from continuair.figures import advise as figures
@@ -149,4 +149,4 @@ def test_advice_names_what_was_varied_and_that_the_atlas_is_of_other_vehicles(
 
 def test_studies_of_the_paper_refuse_several_sections_in_a_sentence() -> None:
     with pytest.raises(ca.InputError, match="needs the single section of an .arm. table"):
-        tracking(TWO)
+        robustness(TWO)

@@ -182,7 +182,7 @@ def test_the_command_writes_the_gains_tells_what_they_lose_and_ends_with_its_cod
     assert load_gains(out).settings == found["gains"]
     assert ["fast", "coupled", "L", "2"] in [line.split() for line in result.stderr.splitlines()]
     assert "letter L is lost" in result.stderr and "# fast, decoupled" in out.read_text("utf-8")
-    assert "continuair advise two_section --task track:M --gains" in result.stderr
+    assert "continuair tracking --vehicle two_section --gains" in result.stderr
     assert json.dumps(found["gains"]["gains"]) in out.read_text("utf-8")
 
 

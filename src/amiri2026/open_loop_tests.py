@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from continuair import Scenario, Vehicle, checks
 from continuair.errors import InputError, shown
@@ -73,5 +77,54 @@ def tip_chirp(t: float, f1: float = 1.0) -> tuple[float, ...]:
 
 
 def open_loop_flight(vehicle: Vehicle, letter: str, f1: float = 1.0) -> Scenario:
-    """Return an open-loop test of the paper for a vehicle, with its rotors at rest."""
-    return open_loop_test(letter, f1).replace(**still(vehicle))
+    """Return an open-loop test of the paper as a vehicle flies it: no lift acts, its rotors rest.
+
+    The paper has one arm of one section. Our choice for others: every section of every arm starts
+    with the bend, and has the torques, of the paper's one; the tip wrench acts on the arm that
+    carries the camera.
+    """
+    test = open_loop_test(letter, f1)
+    if not vehicle.has_arm_list:
+        return test.replace(**still(vehicle))
+    sections = (*range(6), *(6, 7) * vehicle.sections)
+    of_arm, arms = vehicle.camera_arm, len(vehicle.arms)
+    wrench = (*(None,) * 6 * of_arm, *range(6), *(None,) * 6 * (arms - 1 - of_arm))
+    return test.replace(
+        q=placed(np.ravel(test.q), sections),
+        qd=None,
+        tau=_placed_input(test.tau, sections),
+        tip_wrench=_placed_input(test.tip_wrench, wrench),
+        **still(vehicle),
+    )
+
+
+def placed(row: Any, places: Sequence[int | None]) -> tuple[float, ...]:
+    """Return the numbers of a row at these places, 0 where there is none."""
+    return tuple(0.0 if place is None else float(row[place]) for place in places)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An input of one section or arm over time, for those of a vehicle; places: as in `placed`."""
+
+    given: Callable[[float], Sequence[float]]
+    places: tuple[int | None, ...]
+
+    def __call__(self, t: float) -> tuple[float, ...]:
+        """Return the vehicle's input at time t [s]."""
+        return placed(self.given(t), self.places)
+
+    def describe(self) -> dict[str, Any]:
+        """Return what it is, for provenance."""
+        given = getattr(self.given, "func", self.given)
+        keywords = getattr(self.given, "keywords", {})
+        return {"input": given.__qualname__, **keywords, "places": list(self.places)}
+
+
+def _placed_input(given: Any, places: tuple[int | None, ...]) -> Any:
+    """A constant or a function of time, placed; None stays."""
+    if given is None:
+        return None
+    if callable(given):
+        return Placed(given, places)
+    return placed(np.ravel(given), places)

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from continuair.scenario.wind import dryden as dryden
     from continuair.scenario.wind import gust as gust
     from continuair.scenario.wrench import Wrench as Wrench
+    from continuair.studies.advise.study import advise as advise
     from continuair.sweeps import open_sweep as open_sweep
     from continuair.sweeps import run_pairs as run_pairs
     from continuair.sweeps import sweep as sweep
@@ -112,6 +113,7 @@ _HOME = {
     "read_result": "flight.reading",
     "read_rosbag": "interfaces.rosbag",
     "read_ulog": "interfaces.ulog",
+    "advise": "studies.advise.study",
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",
     "sweep": "sweeps",

@@ -36,6 +36,9 @@ def open_loop(
 ) -> None:
     """Run the paper's open-loop tests A to D and compare the models.
 
+    Every section of every arm starts with the bend, and has the torques, of the paper's one
+    section; the tip wrench acts on the arm that carries the camera. Errors are of each arm's tip.
+
     With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
     """
     from continuair.studies import as_json
@@ -65,17 +68,25 @@ def run_open_loop(vehicle: str, tests: str, models: list[str] | None, out: str |
 
 def _show(study: OpenLoop) -> None:
     """Show the table on standard error: standard output is for the JSON alone."""
-    from amiri2026.open_loop.report import METRICS, of_angles, remarks, rows
+    from amiri2026.open_loop.report import (
+        METRICS,
+        label,
+        labels_of,
+        of_angles,
+        of_sections,
+        remarks,
+        rows,
+    )
     from amiri2026.still_rotors import of_still_rotors
     from continuair.studies import number
 
-    columns = ["test", "model", "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
+    columns = [*labels_of(study.results), "NRMSE\nT", "NRMSE\nR", "RMSE T\n[m]", "RMSE R\n[rad]"]
     columns += ["angle\n[rad]", "relative\nerror"]
     table = [
-        [test, model, *(number(entry[key]) for key in METRICS)]
-        for test, model, entry in rows(study.results)
+        [*label(test, arm, model), *(number(entry[key]) for key in METRICS)]
+        for test, arm, model, entry in rows(study.results)
     ]
     print_table(columns, table, err=True)
     told = [*remarks(study.results), *of_angles(study.results), *of_still_rotors(study.results)]
-    for line in [*told, study.results["note"]]:
+    for line in [*of_sections(study.results), *told, study.results["note"]]:
         typer.echo(line, err=True)

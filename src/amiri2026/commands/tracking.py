@@ -49,6 +49,9 @@ def tracking(
 ) -> None:
     """Track moving letters with the paper's visual servoing law, on each model as the plant.
 
+    The camera is at the tip of the arm that the vehicle's camera.arm names. All sections of that
+    arm start with the bend of the paper's one; other arms start straight.
+
     With --out, writes a table, JSON, CSV, trajectories (netCDF) and figures to that folder.
     """
     from continuair.studies import as_json
@@ -90,7 +93,7 @@ def tune(
         ) from None
     _show_found(found)
     command = again("tracking", vehicle=vehicle, gains=out)
-    if flown.has_arm_list or without_rotors(flown)[1]:  # which tracking refuses
+    if without_rotors(flown)[1]:  # which tracking refuses
         command = shlex.join(
             ["continuair", "advise", vehicle, "--task", "track:M", "--gains", str(out)]
         )
@@ -143,7 +146,7 @@ def run_tracking(
 
 
 def _show(study: Tracking) -> None:
-    from amiri2026.tracking.report import COLUMNS, counted_from, remarks, rows
+    from amiri2026.tracking.report import COLUMNS, counted_from, of_sections, remarks, rows
     from continuair.studies import number
 
     shown = ("rms_px", "norm_max_px", "tip_rms_m", "ds_max_px_before_2s", "ds_max_px_after_2s")
@@ -155,5 +158,5 @@ def _show(study: Tracking) -> None:
     print_table(columns, table, err=True)
     since = counted_from(study.results)
     typer.echo(f"Errors and distances off the target are of {since} s on.", err=True)
-    for line in remarks(study.results):
+    for line in [*of_sections(study.results), *remarks(study.results)]:
         typer.echo(line, err=True)

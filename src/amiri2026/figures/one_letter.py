@@ -113,7 +113,9 @@ def _peaks(flights: xr.Dataset) -> str:
         regular = max(regular, float(np.nanmax(rate)))
         if speed[top] > highest:
             highest = float(speed[top])
-            bend = float(np.linalg.norm(samples(flight, "bend", "bend_axis")[top]))
+            bends = np.linalg.norm(samples(flight, "bend", "bend_axis"), axis=-1)
+            # Of several sections the one that is nearest to straight turns fastest.
+            bend = float(bends[..., top].min())
     if highest == 0.0:
         return "Nothing moves before the flights fail"
     rounded = ", which is rounding, as ψ̇a then is" if bend < _ROUNDING else ""
@@ -125,7 +127,8 @@ def _peaks(flights: xr.Dataset) -> str:
 
 def _only_the_start(flights: xr.Dataset) -> bool:
     """Return whether no flight has a sample after that of its start."""
-    seen = np.isfinite(flights["bend"].transpose("model", "time", ...).to_numpy()).all(-1)
+    bends = flights["bend"].transpose("model", "time", ...).to_numpy()
+    seen = np.isfinite(bends).reshape(*bends.shape[:2], -1).all(-1)
     return bool(seen.sum(-1).max() < 2)
 
 

@@ -20,6 +20,7 @@ from continuair.analysis import geodesic_angle, rotation_metric, samples, tip_eu
 from continuair.figures import curves, style
 from continuair.figures.style import grouped, short
 from continuair.kernels import REFERENCE
+from continuair.vehicle import vehicle_of_run
 
 Array = NDArray[np.float64]
 
@@ -76,18 +77,14 @@ def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "", swing: floa
     swing: the arm's frequency in free fall [Hz]. If samples are too coarse for it, there are no
     amplitudes, and the title says so.
     """
-    bends = {
-        f"bend $k_{axis}$ [1/m]": {
-            model: samples(flight, "bend", "bend_axis")[:, i] for model, flight in _each(dataset)
-        }
-        for i, axis in enumerate("xy")
-    }
-    moving, still = _moving(bends)
+    moving, still = _moving(_bends(dataset))
     interval = float(dataset["time"][1] - dataset["time"][0])
     told = _PER_SWING * swing * interval <= 1.0
+    count = max(1, len(moving) + told)
+    rows = -(-count // 3)
     with style.applied():
-        figure = style.new_figure(height=2.2)
-        panels = figure.subplots(1, len(moving) + told, squeeze=False)[0]
+        figure = style.new_figure(height=2.2 * rows)
+        panels = figure.subplots(rows, -(-count // rows), squeeze=False).ravel()
         for axes, (label, values) in zip(panels, moving.items(), strict=False):
             for model, flight in _each(dataset):
                 shown = flight["time"].to_numpy() <= _ZOOM
@@ -96,10 +93,25 @@ def bending(dataset: xr.Dataset, name: str = "", subtitle: str = "", swing: floa
         finding = f"samples {1e3 * interval:g} ms apart do not tell swings of {short(swing)} Hz"
         doubt = ""
         if told:
-            finding, doubt = _spectra(panels[-1], dataset)
+            finding, doubt = _spectra(panels[count - 1], dataset)
+        for axes in panels[count:]:
+            axes.set_axis_off()
         more = " ".join(part for part in (still, doubt) if part)
-        _finish(figure, panels[0], f"{name}: {finding}", dataset, subtitle, more)
+        _finish(figure, panels[count - 1], f"{name}: {finding}", dataset, subtitle, more)
     return figure
+
+
+def _bends(dataset: xr.Dataset) -> dict[str, dict[str, Array]]:
+    """Label -> model -> values (time,) of the bend of each section [1/m]."""
+    found: dict[str, dict[str, Array]] = {}
+    names = [str(each) for each in dataset["section"].to_numpy()] if "section" in dataset else []
+    for model, flight in _each(dataset):
+        bends = np.atleast_3d(samples(flight, "bend", "bend_axis").T)  # (axis, time, section)
+        for section in range(bends.shape[2]):
+            where = f" of {names[section]}" if len(names) > 1 else ""
+            for axis, values in zip("xy", bends[..., section], strict=True):
+                found.setdefault(f"bend $k_{axis}${where} [1/m]", {})[model] = values
+    return found
 
 
 def _spectra(axes: Any, dataset: xr.Dataset) -> tuple[str, str]:
@@ -141,21 +153,42 @@ def differences(dataset: xr.Dataset, name: str = "", subtitle: str = "") -> Figu
 def write(
     results: dict[str, Any], datasets: dict[str, xr.Dataset], file: Callable[[str], Path]
 ) -> None:
-    """Write all figures of the study as PNG, SVG and PDF; `file` gives the path of a name."""
-    vehicle, drawn = style.plain(results["vehicle"]["name"]), Vehicle(**results["vehicle"])
+    """Write all figures of the study as PNG, SVG and PDF; `file` gives the path of a name.
+
+    Of several arms each has its own, but for the overviews, of the arm that carries the camera. The
+    paper's Figs. 1 and 2 are of one section, and drawn of vehicles with [arm] alone.
+    """
+    drawn = vehicle_of_run(results["vehicle"], None)
+    vehicle = style.plain(results["vehicle"]["name"])
     swing = float(modes(drawn, gravity=0.0).frequencies.max()) / (2.0 * np.pi)
-    for letter, dataset in datasets.items():
-        name, acts = f"Test {letter}", f"Vehicle {vehicle}, Test {letter}: {ACTS[letter]}."
-        subtitle = " ".join([acts, *_unconverged(results["tests"][letter])])
-        style.save(motion(dataset, name, subtitle), f"test_{letter}_motion", file)
-        style.save(bending(dataset, name, subtitle, swing), f"test_{letter}_bending", file)
-        if _others(dataset):
-            style.save(differences(dataset, name, subtitle), f"test_{letter}_differences", file)
+    for letter, whole in datasets.items():
+        for index, arm in enumerate(drawn.arms):
+            dataset, entries = _of_arm(whole, drawn, index), results["tests"][letter]
+            name, acts = f"Test {letter}", f"Vehicle {vehicle}, Test {letter}: {ACTS[letter]}."
+            end = ""
+            if len(drawn.arms) > 1:
+                entries = results["arms"][letter][arm.name]
+                name, end = f"{name}, arm {style.plain(arm.name)}", f"_{arm.name}"
+            subtitle = " ".join([acts, *_unconverged(entries)])
+            style.save(motion(dataset, name, subtitle), f"test_{letter}_motion{end}", file)
+            style.save(bending(dataset, name, subtitle, swing), f"test_{letter}_bending{end}", file)
+            if _others(dataset):
+                figure = differences(dataset, name, subtitle)
+                style.save(figure, f"test_{letter}_differences{end}", file)
     if any(model != REFERENCE for model in next(iter(results["tests"].values()))):
         style.save(overview.bars(results), "overview", file)
         style.save(overview.table(results), "table", file)
-    style.save(bend_variables(drawn), "bend_variables", file)
-    style.save(frames(drawn), "frames", file)
+    if not drawn.has_arm_list:
+        style.save(bend_variables(drawn), "bend_variables", file)
+        style.save(frames(drawn), "frames", file)
+
+
+def _of_arm(dataset: xr.Dataset, vehicle: Vehicle, index: int) -> xr.Dataset:
+    """Flights with the tip and the sections of one arm alone."""
+    if "arm" not in dataset.dims:
+        return dataset
+    first = sum(vehicle.shape[:index])
+    return dataset.isel(arm=index, section=slice(first, first + vehicle.shape[index]))
 
 
 def spectral_peaks(peaks: dict[str, tuple[float, float]]) -> str:
@@ -246,7 +279,8 @@ def _curves(panels: Any, dataset: xr.Dataset, label: str, values: dict[str, Arra
 
 def _spectrum(axes: Any, flight: xr.Dataset, model: str) -> bool:
     """Draw a spectrum up to where its flight ends; tell whether it has a clear peak."""
-    time, bend = flight["time"].to_numpy(), samples(flight, "bend", "bend_axis")
+    time = flight["time"].to_numpy()
+    bend = np.moveaxis(samples(flight, "bend", "bend_axis"), -2, 0).reshape(len(time), -1)
     flown = np.isfinite(bend).all(-1)
     if flown.sum() < 3:
         return False

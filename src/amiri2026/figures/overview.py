@@ -14,6 +14,7 @@ from continuair.figures.curves import WORDS
 from continuair.figures.style import short
 from continuair.flight import overstated
 from continuair.kernels import REFERENCE
+from continuair.vehicle import vehicle_of_run
 
 _PANELS = (
     ("nrmse_t", "nrmse_t", "NRMSE$_T$ as printed [-]"),
@@ -58,7 +59,7 @@ def bars(results: dict[str, Any]) -> Figure:
             axes.set_xticks(range(len(tests)), [f"Test {letter}" for letter in tests])
             axes.grid(axis="x", visible=False)
             axes.margins(y=0.2)
-        text = f"Vehicle {style.plain(results['vehicle']['name'])}; tips against the coupled one."
+        text = f"{_of(results)}; tips against the coupled one."
         if printed:
             text += f" {style.UNNAMED} They print one number a test, shown in both readings."
         entries = [entry for each in results["tests"].values() for entry in each.values()]
@@ -91,9 +92,7 @@ def table(results: dict[str, Any]) -> Figure:
     with style.applied():
         figure = style.new_figure(height=0.22 * (len(rows) + 1.5))
         _draw_table(figure.subplots(), rows, tests, bool(printed))
-        text = (
-            f"Vehicle {style.plain(results['vehicle']['name'])}, {_shown(results)} against coupled."
-        )
+        text = f"{_of(results)}, {_shown(results)} against coupled."
         if printed:
             text += f" {style.UNNAMED}"
         if any(
@@ -103,6 +102,15 @@ def table(results: dict[str, Any]) -> Figure:
         text += _unfollowed(results)
         style.head(figure, _nearness(results, printed), text, _failures(results))
     return figure
+
+
+def _of(results: dict[str, Any]) -> str:
+    """Which vehicle, and which of several arms, the metrics are of."""
+    name = f"Vehicle {style.plain(results['vehicle']['name'])}"
+    if "arms" not in results:
+        return name
+    flown = vehicle_of_run(results["vehicle"], None)
+    return f"{name}, arm {style.plain(flown.arms[flown.camera_arm].name)}"
 
 
 def _bars(axes: Any, results: dict[str, Any], key: str, printed: list[float]) -> None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from amiri2026.open_loop.study import OpenLoop
+from amiri2026.open_loop.study import OpenLoop, told_kappa_s, words_of
 from amiri2026.overstated_angles import of_overstated_angles
 from amiri2026.still_rotors import of_still_rotors
 from continuair.analysis import CONVERGED, percent
 from continuair.kernels import REFERENCE
 from continuair.studies import ResultFolder, as_markdown, number
+from continuair.vehicle import vehicle_of_run
 
 METRICS = {
     "nrmse_t": "NRMSE_T",
@@ -30,18 +31,32 @@ def write(study: OpenLoop, folder: ResultFolder) -> None:
 
 
 def records(results: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yield a row per test and model with every number of the entry."""
-    for letter, model, entry in rows(results):
-        yield {"test": letter, "model": model, **entry}
+    """Yield a row per test, arm and model with every number of the entry."""
+    for letter, arm, model, entry in rows(results):
+        yield {"test": letter, **({"arm": arm} if arm else {}), "model": model, **entry}
 
 
-def rows(results: dict[str, Any]) -> list[tuple[str, str, dict[str, Any]]]:
-    """Return (test, model, entry) of every flight, in the order of the results."""
+def rows(results: dict[str, Any]) -> list[tuple[str, str, str, dict[str, Any]]]:
+    """Return (test, arm, model, entry) of every flight, in the order of the results.
+
+    arm: "" where there is one.
+    """
     return [
-        (letter, model, entry)
-        for letter, entries in results["tests"].items()
+        (letter, arm, model, entry)
+        for letter, alone in results["tests"].items()
+        for arm, entries in results.get("arms", {}).get(letter, {"": alone}).items()
         for model, entry in entries.items()
     ]
+
+
+def labels_of(results: dict[str, Any]) -> list[str]:
+    """Return the headings of the columns that say which flight and tip a row is of."""
+    return ["test", *(["arm"] if "arms" in results else []), "model"]
+
+
+def label(letter: str, arm: str, model: str) -> list[str]:
+    """Return what is in these columns."""
+    return [letter, *([arm] if arm else []), model]
 
 
 def as_table(results: dict[str, Any]) -> str:
@@ -53,6 +68,7 @@ def as_table(results: dict[str, Any]) -> str:
         "model, and they stand beside those of the preset `paper` alone.",
         "",
         results["note"],
+        *of_sections(results),
         "",
         *_errors_table(results),
         "",
@@ -70,47 +86,65 @@ def as_table(results: dict[str, Any]) -> str:
 def _errors_table(results: dict[str, Any]) -> list[str]:
     beside = bool(results["printed"])
     columns = ["paper NRMSE_T", "paper NRMSE_R"] if beside else []
-    headings = ["test", "model", *columns, *METRICS.values()]
+    headings = [*labels_of(results), *columns, *METRICS.values()]
     cells = []
-    for letter, model, entry in rows(results):
+    for letter, arm, model, entry in rows(results):
         printed = results["printed"][letter] if beside and model == "decoupled" else {}
         paper = [f"{printed[key]:.4f}" if printed else "" for key in ("nrmse_t", "nrmse_r")]
         told = paper if beside else []
-        cells.append([letter, model, *told, *(number(entry[key]) for key in METRICS)])
-    return as_markdown(headings, cells, ("test", "model"))
+        cells.append([*label(letter, arm, model), *told, *(number(entry[key]) for key in METRICS)])
+    return as_markdown(headings, cells, labels_of(results))
 
 
 def remarks(results: dict[str, Any]) -> list[str]:
     """Return a sentence for every test of which a flight has not converged."""
-    lines = []
-    for letter, entries in results["tests"].items():
-        reasons = dict.fromkeys(entry["reason"] for entry in entries.values() if entry["reason"])
-        for reason in reasons:
-            alike = [model for model, entry in entries.items() if entry["reason"] == reason]
-            models = " and ".join(alike)
-            lines.append(f"* Test {letter}, {models}, has not converged: {reason}.")
-    return lines
+    alike: dict[tuple[str, str, str], list[str]] = {}
+    for letter, arm, model, entry in rows(results):
+        if entry["reason"]:
+            alike.setdefault((letter, arm, entry["reason"]), []).append(model)
+    return [
+        f"* Test {letter}, {_of(arm)}{' and '.join(models)}, has not converged: {reason}."
+        for (letter, arm, reason), models in alike.items()
+    ]
 
 
 def of_angles(results: dict[str, Any]) -> list[str]:
     """Return a sentence if Euler angles do not describe the rotation."""
     return of_overstated_angles(
-        (f"Test {letter}, {model}", entry)
-        for letter, model, entry in rows(results)
+        (f"Test {letter}, {_of(arm)}{model}", entry)
+        for letter, arm, model, entry in rows(results)
         if model != REFERENCE
     )
+
+
+def of_sections(results: dict[str, Any]) -> list[str]:
+    """Say what acts on which section and arm, where there are several."""
+    flown = vehicle_of_run(results["vehicle"], None)
+    if flown.sections == 1:
+        return []
+    camera = flown.arms[flown.camera_arm].name
+    return [
+        "Every section starts with the bend, and has the torques, of the paper's one section; "
+        f"the tip wrench of Test D acts on arm {camera}, which carries the camera. This is our "
+        "choice: the paper has one section.",
+    ]
+
+
+def _of(arm: str) -> str:
+    return f"arm {arm}, " if arm else ""
 
 
 def _kappa_s_table(results: dict[str, Any]) -> list[str]:
     """Return Test C with other kappa_s, beside the reported result."""
     if not results["kappa_s"]:
         return []
-    variants = [(results["vehicle"]["arm"]["kappa_s"], results["tests"]["C"])]
+    own = told_kappa_s(vehicle_of_run(results["vehicle"], None))
+    variants = [(own, results["tests"]["C"])]
     variants += [(row["kappa_s"], row["models"]) for row in results["kappa_s"]]
     keys = [key for key in METRICS if key != "relative_error"]
     headings = ["kappa_s [1/m]", "model", *(METRICS[key] for key in keys)]
     cells = [
-        [f"{kappa_s:g}", model, *(number(metrics[key]) for key in keys)]
+        [words_of(kappa_s), model, *(number(metrics[key]) for key in keys)]
         for kappa_s, models in variants
         for model, metrics in models.items()
         if model != REFERENCE

@@ -20,16 +20,18 @@ from continuair.analysis import (
     SAMPLE,
     Entries,
     Flown,
+    at_camera,
     compared_models,
     differences,
     entries_of,
     percent,
+    samples,
 )
 from continuair.kernels import REFERENCE
 from continuair.progress import Progress, Steps
 from continuair.studies import by_model
 from continuair.typing import Model
-from continuair.vehicle import check_one_section, is_paper
+from continuair.vehicle import check_has_arms, check_single_vehicle, is_paper
 from continuair.warning import untold
 
 PRINTED = {
@@ -53,7 +55,8 @@ KAPPA_S_FACTORS = (0.5, 2.0)
 class OpenLoop:
     """Results of the study.
 
-    results: JSON-able; results["tests"][test][model] holds the metrics against the coupled run.
+    results: JSON-able; results["tests"][test][model] holds the metrics against the coupled run, of
+    the arm that carries the camera. Of several arms results["arms"][test][arm] holds those of each.
     datasets: test -> trajectories of all models, leading dimension `model`.
     """
 
@@ -71,12 +74,16 @@ def open_loop(
 ) -> OpenLoop:
     """Run open-loop tests with several models and compare them with the coupled one.
 
-    tests: letters A to D, e.g. "AC". models: names; `coupled` is added as the reference. f1:
-    frequency of Test D's chirp at 10 s [Hz], of which 1 s is simulated. progress: called with
-    (done, total, what) before each flight. Raises InputError for unknown tests or models, and for a
-    batched vehicle.
+    Every section of every arm starts with the bend, and has the torques of Test C, of the paper's
+    one section. The tip wrench of Test D acts on the arm that carries the camera. Both are our
+    choice; the paper has one section.
+
+    tests: letters A to D, e.g. "AC". models: names; `coupled` is added as the reference. f1: what
+    Test D's chirp, of which 1 s is flown, would reach at 10 s [Hz]. progress: called with (done,
+    total, what) before each flight. Raises InputError for unknown tests or models, and for a
+    batched vehicle and one without an arm.
     """
-    check_one_section(vehicle)
+    check_has_arms(check_single_vehicle(vehicle))
     given = [str(letter).strip().upper() for letter in tests]
     letters = sorted(checks.choices("tests", given, OPEN_LOOP_TESTS))
     chosen = compared_models(models)
@@ -97,7 +104,9 @@ def open_loop(
     datasets = {}
     for letter, scenario in scenarios.items():
         flown = flights.fly(vehicle, scenario)
-        results["tests"][letter] = _entries(flown, vehicle, scenario)
+        results["tests"][letter] = _entries(_at_camera(flown, vehicle), vehicle, scenario)
+        if len(vehicle.arms) > 1:
+            results.setdefault("arms", {})[letter] = _of_arms(flown, vehicle, scenario)
         if letter == "C":
             results["kappa_s"] = _vary_kappa_s(others, flights, vehicle, scenario)
         datasets[letter] = by_model(flown)
@@ -129,6 +138,21 @@ class _Flights:
         return flown
 
 
+def _at_camera(flown: Flown, vehicle: Vehicle) -> Flown:
+    """Flights with the tip of the arm that carries the camera alone."""
+    return {model: at_camera(data, vehicle) for model, data in flown.items()}
+
+
+def _of_arms(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> dict[str, Entries]:
+    """Entries of each arm, by its name."""
+    return {
+        arm.name: _entries(
+            {model: data.isel(arm=index) for model, data in flown.items()}, vehicle, scenario
+        )
+        for index, arm in enumerate(vehicle.arms)
+    }
+
+
 def _entries(flown: Flown, vehicle: Vehicle, scenario: Scenario) -> Entries:
     """Return entries with the reason why a flight has not converged."""
     entries = entries_of(flown, float(vehicle.reach))
@@ -155,29 +179,71 @@ def _reason(
         return f"the run ended at {end:g} s with status {entry['status']}"
     text = f"its error may be {percent(entry['relative_error'])} of it"
     if _is_singular(scenario):
-        closest = np.linalg.norm(dataset["bend"].transpose("time", ...).to_numpy(), axis=-1).min()
+        where, threshold, closest = _straightest(vehicle, dataset)
         text += (
             "; Q_psi_a is divided by the bend (by kappa_s = "
-            f"{vehicle.arm.kappa_s:g} 1/m below it) and is nearly singular where the arm passes "
+            f"{threshold:g} 1/m below it) and is nearly singular where {where} passes "
             f"straight, here at {closest:.2g} 1/m or less"
         )
     return text
 
 
-def _other_kappa_s(vehicle: Vehicle) -> list[float]:
-    """Return thresholds kappa_s around the arm's, below which Q_psi_a is divided by kappa_s."""
-    return [factor * vehicle.arm.kappa_s for factor in KAPPA_S_FACTORS if vehicle.arm.kappa_s > 0]
+def _straightest(vehicle: Vehicle, dataset: xr.Dataset) -> tuple[str, float, float]:
+    """The section that comes closest to straight, in words, its κ_s and its least bend [1/m]."""
+    bends = np.linalg.norm(samples(dataset, "bend", "bend_axis"), axis=-1)
+    least = np.atleast_1d(bends.min(axis=-1))
+    section = int(np.argmin(least))
+    name = f"section {dataset['section'][section].item()}" if vehicle.has_arm_list else "the arm"
+    return name, float(vehicle.kappa_s[0, section]), float(least[section])
+
+
+def _other_kappa_s(vehicle: Vehicle) -> list[dict[str, float]]:
+    """Changes of the thresholds κ_s, below which Q_psi_a is divided by κ_s instead."""
+    own = dict(zip(_kappa_s_fields(vehicle), vehicle.kappa_s[0].tolist(), strict=True))
+    return [
+        {field: factor * value for field, value in own.items()}
+        for factor in KAPPA_S_FACTORS
+        if any(own.values())
+    ]
+
+
+def _kappa_s_fields(vehicle: Vehicle) -> list[str]:
+    """The field of κ_s of each section, arm by arm."""
+    if not vehicle.has_arm_list:
+        return ["arm.kappa_s"]
+    return [
+        f"arm.{arm.name}.section.{section.name}.kappa_s"
+        for arm in vehicle.arms
+        for section in arm.section
+    ]
 
 
 def _vary_kappa_s(
-    values: Sequence[float], flights: _Flights, vehicle: Vehicle, scenario: Scenario
+    others: Sequence[dict[str, float]], flights: _Flights, vehicle: Vehicle, scenario: Scenario
 ) -> list[dict[str, Any]]:
-    """Return metrics with other thresholds kappa_s."""
+    """Metrics, of the arm that carries the camera, with other thresholds kappa_s.
+
+    kappa_s of a row is that of all sections, or a list of theirs where they differ.
+    """
     rows = []
-    for kappa_s in values:
-        changed = vehicle.replace({"arm.kappa_s": kappa_s})
-        varied = flights.fly(changed, scenario, f", kappa_s {kappa_s:g} 1/m")
+    for changes in others:
+        changed = vehicle.replace(changes)
+        kappa_s = told_kappa_s(changed)
+        varied = flights.fly(changed, scenario, f", kappa_s {words_of(kappa_s)} 1/m")
+        tips = _at_camera(varied, vehicle)
         # The remarks say once of each flight that it ended early.
-        metrics = {model: differences(varied[REFERENCE], varied[model]) for model in flights.models}
+        metrics = {model: differences(tips[REFERENCE], tips[model]) for model in flights.models}
         rows.append({"kappa_s": kappa_s, "models": metrics})
     return rows
+
+
+def told_kappa_s(vehicle: Vehicle) -> float | list[float]:
+    """Return κ_s of all sections [1/m], or a list of theirs where they differ."""
+    each = vehicle.kappa_s[0].tolist()
+    return each[0] if len(set(each)) == 1 else each
+
+
+def words_of(kappa_s: float | list[float]) -> str:
+    """Return κ_s in words."""
+    each = kappa_s if isinstance(kappa_s, list) else [kappa_s]
+    return ", ".join(f"{value:g}" for value in each)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from continuair import Vehicle
 from continuair.studies import ResultFolder
+from continuair.vehicle import vehicle_of_run
 
 
 def keep(name: str, found: Any, folder: ResultFolder) -> None:
@@ -34,7 +34,7 @@ def _tracking(found: Any, folder: ResultFolder) -> None:
     from amiri2026.tracking import report
 
     report.write(found, folder)
-    camera = Vehicle(**found.results["vehicle"]).camera
+    camera = vehicle_of_run(found.results["vehicle"], None).camera
     figures.write(found.results, found.datasets, camera, folder.file)
 
 

@@ -55,8 +55,7 @@ def law_variants(
     """
     setting = SETTINGS["nominal"]
     damped = equipped(vehicle, setting)
-    given = "damping" if damped.arm.damping_ratio is None else "damping_ratio"
-    bare = damped.replace({f"arm.{given}": 0.0})
+    bare = damped.replace(_without_damping(damped))
     steps = Steps(progress, 3)
     steps.begin("scalar gains")
     scalar = {c: best_scalar(damped, letter, c) for c in ("gravity_only", "literal")}
@@ -92,6 +91,22 @@ def best_scalar(vehicle: Vehicle, letter: str, compensation: Compensation) -> di
     rms = np.nan_to_num(feature_rms(_settled(data)), nan=np.inf)
     rms[unresolved(data.error_estimate.to_numpy())] = np.inf
     return grid[int(np.argmin(rms))]
+
+
+def _without_damping(vehicle: Vehicle) -> dict[str, float]:
+    """Changes that take the structural damping of every section."""
+    if not vehicle.has_arm_list:
+        each = {"arm": vehicle.arm}
+    else:
+        each = {
+            f"arm.{arm.name}.section.{part.name}": part
+            for arm in vehicle.arms
+            for part in arm.section
+        }
+    return {
+        f"{path}.{'damping' if part.damping_ratio is None else 'damping_ratio'}": 0.0
+        for path, part in each.items()
+    }
 
 
 def _variants(vehicle: Vehicle, gains: Gains, scalar: dict[str, dict[str, Any]]) -> list[Variant]:
@@ -161,7 +176,7 @@ def _fly(
     )
     late = (flight.sel(time=slice(TRANSIENT, None)) for flight in (coupled, decoupled))
     ds, settled = np.abs(norm_difference(*late)), _settled(coupled)
-    rms, bend = np.asarray(feature_rms(settled)), np.linalg.norm(coupled["bend"].to_numpy(), axis=2)
+    rms, bend = np.asarray(feature_rms(settled)), _bends(coupled)
     worst = np.abs(settled["feature_error"].to_numpy()).max(axis=(1, 2))
     upright = np.cos(coupled["q"].sel(coordinate=["roll", "pitch"]).to_numpy()).prod(axis=2)
     tilt = np.arccos(np.clip(upright, -1.0, 1.0))
@@ -182,6 +197,13 @@ def _fly(
         }
         for row, variant in enumerate(variants)
     ]
+
+
+def _bends(flight: xr.Dataset) -> np.ndarray:
+    """The largest bend of a section over (run, time) [1/m]."""
+    bends = flight["bend"].transpose("run", "time", ..., "bend_axis").to_numpy()
+    norms = np.linalg.norm(bends, axis=-1)
+    return np.asarray(norms if norms.ndim == 2 else norms.max(axis=2))
 
 
 def _largest(over_time: np.ndarray) -> float:

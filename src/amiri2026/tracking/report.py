@@ -9,6 +9,7 @@ from amiri2026.tracking.study import SAMPLE, Tracking
 from continuair.flight import RESOLVED, is_beyond_limits
 from continuair.kernels import REFERENCE, STATUS
 from continuair.studies import ResultFolder, as_markdown, number
+from continuair.vehicle import vehicle_of_run
 
 COLUMNS = {
     "rms_px": "coordinate, RMS [px]",
@@ -72,8 +73,7 @@ def counted_from(results: dict[str, Any]) -> str:
 
 def as_table(results: dict[str, Any]) -> str:
     """Return the results in Markdown, with their basis."""
-    ratio = results["damping_ratio"]
-    damping = "as in its file" if ratio is None else f"of ratio {ratio:g}"
+    damping = _damping(results["damping_ratio"])
     lines = [
         f"# Visual tracking of letters, vehicle {results['vehicle']['name']}",
         "",
@@ -85,6 +85,7 @@ def as_table(results: dict[str, Any]) -> str:
         f"thrust, of samples {1e3 * SAMPLE:g} ms apart,",
         "of which the first push, far from the target, is one. A camera's noise is one draw of it.",
         "Error estimate: of the tip, in arm lengths.",
+        *of_sections(results),
     ]
     settings = {results["setting"]: results, **results["settings"]}
     for setting, part in settings.items():
@@ -97,6 +98,31 @@ def as_table(results: dict[str, Any]) -> str:
         lines += ["", f"## {setting}: {part['setting_meaning']}", "", *table]
     lines += ["", *remarks(results)]
     return "\n".join([*lines, *_stability(results), *_variants(results)]) + "\n"
+
+
+def _damping(ratio: Any) -> str:
+    """The structural damping in words: of one section, or of those of each arm."""
+    each = [one for arm in ratio.values() for one in arm] if isinstance(ratio, dict) else [ratio]
+    told = dict.fromkeys("as in its file" if one is None else f"of ratio {one:g}" for one in each)
+    if len(told) == 1:
+        return next(iter(told))
+    return "of its sections " + ", ".join(
+        "as in its file" if one is None else f"of ratio {one:g}" for one in each
+    )
+
+
+def of_sections(results: dict[str, Any]) -> list[str]:
+    """Say which arm carries the camera and how others start, of a vehicle with [[arm]]."""
+    flown = vehicle_of_run(results["vehicle"], None)
+    if not flown.has_arm_list:
+        return []
+    name = flown.arms[flown.camera_arm].name
+    others = "; other arms start straight" if len(flown.arms) > 1 else ""
+    return [
+        f"The camera is at the tip of arm {name}, whose sections start with the bend of the "
+        f"paper's one section (our choice){others}. The paper's proof of stability is of one "
+        "section, and left out here.",
+    ]
 
 
 def remarks(results: dict[str, Any]) -> list[str]:

@@ -36,7 +36,7 @@ from continuair.progress import Progress, Steps
 from continuair.scenario import LETTERS, SETTINGS, chosen_letters, equipped, task
 from continuair.studies import by_model
 from continuair.typing import Model
-from continuair.vehicle import check_one_section, is_paper
+from continuair.vehicle import check_has_arms, check_single_vehicle, is_paper
 from continuair.warning import untold
 
 PRINTED = {"ds_max_px": 0.7}
@@ -83,10 +83,15 @@ def tracking(
 ) -> Tracking:
     """Track letters in every setting with each model as the plant, under one law.
 
+    Of a vehicle with [[arm]] the camera is at the tip of the arm that `camera.arm` names, whose
+    sections all start with the bend of the paper's one (our choice); other arms start straight. The
+    paper's proof is of one section: what it says is left out there.
+
     gains: of `load_gains`, the preset `paper` by default. models: `coupled` is added as the
-    reference. progress: called with (done, total, what) before each batch. Raises InputError.
+    reference. progress: called with (done, total, what) before each batch. Raises InputError, also
+    for a vehicle without an arm.
     """
-    check_one_section(vehicle)
+    check_has_arms(check_single_vehicle(vehicle))
     written, plants = chosen_letters(letters), compared_models(models)
     names = checks.choices("settings", settings, SETTINGS)
     gains = gains or load_gains("paper")
@@ -126,7 +131,8 @@ def _fly(
     scenario = task(flown, letters, controller, setting.duration)
     runs = Flown()
     proofs: dict[str, Lyapunov] = {}
-    proven = gains.as_printed and not other_powers(flown)
+    # The statements on stability are of the paper's one section.
+    proven = gains.as_printed and not other_powers(flown) and not vehicle.has_arm_list
     for model in plants:
         steps.begin(f"{name}, {model}")
         data = simulate(
@@ -145,10 +151,18 @@ def _fly(
         "setting_meaning": setting.meaning,
         "settled_s": setting.settled,
         "duration_s": setting.duration,
-        "damping_ratio": flown.arm.damping_ratio,
+        "damping_ratio": _damping_ratio(flown),
         "letters": {letter: _entry(letter, runs, setting.settled) for letter in letters},
         **(_stability(scenario, proofs[REFERENCE], runs, setting.settled) if proven else {}),
     }
+
+
+def _damping_ratio(vehicle: Vehicle) -> Any:
+    """The damping ratio that the file gives a section; None where it gives a damping. Of [[arm]]
+    one for each section, as lists by arm."""
+    if not vehicle.has_arm_list:
+        return vehicle.arm.damping_ratio
+    return {arm.name: [each.damping_ratio for each in arm.section] for arm in vehicle.arms}
 
 
 def _stability(scenario: Scenario, proof: Lyapunov, runs: Flown, settled: float) -> dict[str, Any]:
@@ -225,8 +239,10 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
     """
     late = flight.sel(time=slice(settled, None))
     off = off_target(late)
-    push = flight["command"].to_numpy()
-    rest = np.array([0.0, 0.0, push[:, 2].mean(), 0, 0, 0, 0, 0])
+    push = samples(flight, "command", "actuator")
+    bends = samples(flight, "bend", "bend_axis")
+    rest = np.zeros(push.shape[1])
+    rest[2] = push[:, 2].mean()
     effort = np.sqrt(np.mean((push - rest) ** 2, axis=0))
     return {
         "status": int(flight["status"]),
@@ -243,7 +259,7 @@ def metrics(flight: xr.Dataset, settled: float) -> dict[str, Any]:
         "moment_rms_nm": float(np.linalg.norm(effort[3:6])),
         "bend_moment_rms_nm2": float(np.linalg.norm(effort[6:])),
         "out_of_view_samples": _out_of_view(flight),
-        "largest_bend_1_m": float(np.max(np.linalg.norm(flight["bend"].to_numpy(), axis=1))),
+        "largest_bend_1_m": float(np.max(np.linalg.norm(bends, axis=-1))),
     }
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from continuair.analysis.mass import mass_distribution as mass_distribution
     from continuair.analysis.mass import straight_arm_inertia as straight_arm_inertia
     from continuair.analysis.metrics import TRANSIENT as TRANSIENT
+    from continuair.analysis.metrics import at_camera as at_camera
     from continuair.analysis.metrics import differences as differences
     from continuair.analysis.metrics import feature_norm as feature_norm
     from continuair.analysis.metrics import feature_rms as feature_rms
@@ -65,6 +66,7 @@ __getattr__, __dir__, __all__ = lazy.names(
         ),
         "metrics": (
             "TRANSIENT",
+            "at_camera",
             "differences",
             "feature_norm",
             "feature_rms",

@@ -26,9 +26,10 @@ from continuair.flight.resolution import (
 from continuair.kernels.deviations import ROUNDING
 from continuair.kernels.dynamics import REFERENCE
 from continuair.typing import Array, ArrayLike
+from continuair.vehicle.arc import sections_of
 from continuair.vehicle.coordinates import continuous_euler, paper_rates
 from continuair.vehicle.following import CHANGE, unfollowed
-from continuair.vehicle.layout import ONE_SECTION
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import warn
 
@@ -37,7 +38,7 @@ _TIP = ("tip_position", "tip_attitude")
 _SAME_TIME = 1e-12
 """Relative tolerance of equal sample times, which are rounded."""
 
-_RATES = (("velocity", "axis"), ("angular_velocity", "axis"), ("bend_rate", "bend_axis"))
+_RATES = {"velocity": "axis", "angular_velocity": "axis", "bend_rate": "bend_axis"}
 """Rates without a singularity, and the dimension of each."""
 
 TRANSIENT = 2.0
@@ -134,14 +135,16 @@ def joint_speed(flight: xr.Dataset) -> Array:
 
     Notes
     -----
-    ψ̇a is the component of the bend rate across its direction, over κ. It grows without bound where
-    the bend passes zero.
+    All sections count. ψ̇a is the component of the bend rate across its direction, over κ. It grows
+    without bound where the bend passes zero.
     """
-    state = np.zeros((flight.sizes["time"], ONE_SECTION.state))
-    for name, dimension in _RATES:  # a velocity has the same norm in body and world axes
-        state[:, getattr(ONE_SECTION, name)] = samples(flight, name, dimension)
-    rates = paper_rates(samples(flight, "q", "coordinate"), state)
-    norm: Array = np.linalg.norm(rates, axis=-1)
+    q = samples(flight, "q", "coordinate")
+    layout = Layout.of_arcs(sections_of(q))
+    state = np.zeros((flight.sizes["time"], layout.state))
+    for name, values in zip(_RATES, _rates(flight), strict=True):
+        # A velocity is as long in body axes as in the world's.
+        state[:, getattr(layout, name)] = values
+    norm: Array = np.linalg.norm(paper_rates(q, state), axis=-1)
     return norm
 
 
@@ -158,9 +161,20 @@ def regular_speed(flight: xr.Dataset) -> Array:
     ndarray, shape (..., time)
         The norm in mixed units [m/s, rad/s, 1/(m s)], without the singularities of ‖q̇‖.
     """
-    parts = [samples(flight, name, dimension) for name, dimension in _RATES]
-    norm: Array = np.linalg.norm(np.concatenate(parts, axis=-1), axis=-1)
+    norm: Array = np.linalg.norm(np.concatenate(_rates(flight), axis=-1), axis=-1)
     return norm
+
+
+def _rates(flight: xr.Dataset) -> list[Array]:
+    """Rates of _RATES, each (..., time, components), the bends of all sections in turn."""
+    found = []
+    for name, dimension in _RATES.items():
+        values = samples(flight, name, dimension)
+        if "section" in flight[name].dims:
+            values = flight[name].transpose(..., "time", "section", dimension).to_numpy()
+            values = values.reshape(*values.shape[:-2], -1)
+        found.append(values)
+    return found
 
 
 def nrmse(reference: ArrayLike, other: ArrayLike) -> float | Array:
@@ -474,7 +488,20 @@ def _warn_of_swapped(coupled: xr.Dataset, other: xr.Dataset) -> None:
 
 
 def at_camera(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
-    """Return a flight with only the arm that carries the camera."""
+    """Return a flight with only the arm that carries the camera.
+
+    Parameters
+    ----------
+    flight : xarray.Dataset
+        Flight of one arm or several.
+    vehicle : Vehicle
+        The vehicle that flew.
+
+    Returns
+    -------
+    xarray.Dataset
+        The flight without the dimension `arm`.
+    """
     return flight.isel(arm=vehicle.camera_arm) if "arm" in flight.dims else flight
 
 

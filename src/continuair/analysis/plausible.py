@@ -81,8 +81,9 @@ def _of_rotors(vehicle: Vehicle) -> list[str]:
             f"uav.rotors.thrust_limits give {lift:.3g} times the weight; check that they are in "
             "newtons."
         )
-    if rotors.lag > _SLOW:
-        found.append(f"uav.rotors.lag is {rotors.lag:g} s, very slow; check that it is in seconds.")
+    for name, lag in (("lag", rotors.lag), ("lag_down", rotors.lag_down)):
+        if lag is not None and lag > _SLOW:
+            found.append(f"uav.rotors.{name} is {lag:g} s, very slow; check that it is in seconds.")
     if rotors.torque_per_thrust > 1.0:
         found.append(
             f"uav.rotors.torque_per_thrust is {rotors.torque_per_thrust:g} m, more than any "

@@ -82,7 +82,7 @@ def advise(
                 task or (),
                 good,
                 law,
-                loop=loop,
+                loop=loop,  # type: ignore[arg-type] # what is no loop is refused there
                 bandwidth=bandwidth,
                 called=vehicle,
                 progress=progress,
@@ -94,8 +94,10 @@ def advise(
                 folder.store(results, report.as_table(results))
                 shipped = CONTROLLED_SUMMARY if loop == "position" else OPEN_SUMMARY
                 figures.write(results, load(shipped=shipped), folder.file)
+    if results["cost_verdict"]:
+        typer.echo(results["cost_verdict"], err=True)
     print_table(["task", "model", "verdict"], report.verdicts(results), err=True)
-    typer.echo(results["verdict"] + ".", err=True)
+    typer.echo(results["verdict"].removeprefix(results["cost_verdict"]).strip() + ".", err=True)
     typer.echo(report.loop_of(results), err=True)
     for note in results["notes"]:
         typer.echo(note, err=True)

@@ -274,10 +274,10 @@ def _thrust_of(vehicle: Vehicle, weight: float) -> tuple[float, float]:
 
 
 def _lag(vehicle: Vehicle, given: Any) -> float:
-    """Return the rotors' lag [s], as given or the vehicle's; 0 without rotors."""
+    """Return the rotors' lag [s], as given or the vehicle's slower one; 0 without rotors."""
     if given is None:
         rotors = vehicle.uav.rotors
-        return 0.0 if rotors is None else float(rotors.lag)
+        return 0.0 if rotors is None else float(np.maximum(*rotors.lags))
     return checks.number("rotor_lag", given, least=0.0, otherwise=" [s]")
 
 

@@ -354,10 +354,13 @@ def check_without_drag(vehicle: Vehicle) -> None:
             "Eq. (10) lacks; leave it out, or use continuair.accelerations."
         )
     sections = (section for arm in vehicle.arms for section in arm.section)
-    if vehicle.uav.drag is not None or any(s.drag_coefficient is not None for s in sections):
+    rotors = vehicle.uav.rotors
+    dragging = vehicle.uav.drag is not None or (rotors is not None and rotors.moved_by_air)
+    if dragging or any(s.drag_coefficient is not None for s in sections):
         raise InputError(
-            f"vehicle {shown(vehicle.name)} has drag, which Eq. (10) lacks; leave uav.drag and "
-            "drag_coefficient out, or use continuair.accelerations."
+            f"vehicle {shown(vehicle.name)} has drag, which Eq. (10) lacks; leave uav.drag, "
+            "drag_coefficient and the rotors' hub_drag and translational_lift out, or use "
+            "continuair.accelerations."
         )
 
 

@@ -50,7 +50,8 @@ def ending(flight: xr.Dataset) -> str:
     if status:
         return f"ended at {float(flight['end_time']):.3g} s, {WORDS[status]}"
     for name in [each for each in _WATCHED if each in flight]:
-        finite = np.isfinite(flight[name].transpose("time", ...).to_numpy()).all(-1)
+        values = flight[name].transpose("time", ...).to_numpy()
+        finite = np.isfinite(values).reshape(len(values), -1).all(-1)
         if not finite.all():
             return f"not finite from {float(flight['time'][~finite][0]):.3g} s on"
     return ""

@@ -60,6 +60,7 @@ class Fleet:
         assert rotors is not None
         self._without_lag = per_run(rotors.lag, runs) == 0.0
         self._highest = per_run(rotors.thrust_limits, runs, 2)[:, 1:]
+        self._speeds_of = rotors.speeds_of
         self._rotors = np.broadcast_to(
             flight.start.states[:, self.layout.rotor_speed], (runs, self.layout.rotors)
         )
@@ -102,8 +103,8 @@ class Fleet:
 
     def _set_speeds(self, commands: Array, which: NDArray[np.bool_]) -> None:
         """Set the speeds of rotors without lag, which are not integrated, to the commanded ones."""
-        share = np.clip(commands / self._highest, 0.0, 1.0)
-        self.states[which, self.layout.rotor_speed] = np.sqrt(share[which])
+        given = self._speeds_of(np.clip(commands, 0.0, self._highest))
+        self.states[which, self.layout.rotor_speed] = given[which]
 
     def tips(self) -> Array:
         """Return the positions of the tips in world axes (runs, arms, 3) [m]."""

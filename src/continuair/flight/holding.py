@@ -27,8 +27,8 @@ def holding(
     rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
     state, groups = state_from_paper(rows, np.zeros(rows.shape)), GENERAL + TIP
     if thrusts is not None and vehicle.uav.rotors is not None:
-        highest = np.asarray(vehicle.uav.rotors.highest)[..., None]
-        state, groups = np.hstack([state, np.sqrt(thrusts / highest)]), groups + ROTORS
+        speeds = vehicle.uav.rotors.speeds_of(thrusts)
+        state, groups = np.hstack([state, speeds]), groups + ROTORS
     moving = slice(layout.velocity.start, layout.bend_rate.stop)
     # Unit wrenches would be lost in the rounding of a large vehicle's accelerations.
     scale, runs = _scale_of_inputs(vehicle, len(rows)), len(rows)

@@ -28,7 +28,7 @@ def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -
     if scenario.wind is not None and not layout.air:
         raise InputError(
             "wind is given, but the vehicle has no drag; omit it, or give the vehicle a table "
-            "[uav.drag], or a section a drag_coefficient."
+            "[uav.drag], its rotors hub_drag, or a section a drag_coefficient."
         )
     for name in ("rotor_command", "rotor_thrust"):
         _check_count(name, getattr(scenario, name), layout.rotors)
@@ -92,8 +92,7 @@ def rotor_speeds(vehicle: Vehicle, scenario: Scenario) -> Array:
     """Return the initial speeds (runs or 1, rotors), over the largest; none without rotors."""
     if vehicle.uav.rotors is None:
         return np.zeros((1, 0))
-    highest = np.asarray(vehicle.uav.rotors.highest)[..., None]
-    return np.atleast_2d(np.sqrt(np.asarray(scenario.rotor_thrust, float) / highest))
+    return np.atleast_2d(vehicle.uav.rotors.speeds_of(np.asarray(scenario.rotor_thrust)))
 
 
 def still(vehicle: Vehicle) -> dict[str, Array]:
@@ -114,9 +113,9 @@ def still(vehicle: Vehicle) -> dict[str, Array]:
 
 
 def lag_rate(vehicle: Vehicle) -> Any:
-    """Return the rate (runs or 1) [1/s] at which rotors follow commands; 0 without lag."""
+    """Return the faster rate (runs or 1) [1/s] at which rotors follow commands; 0 without lag."""
     rotors = vehicle.uav.rotors
-    lag = np.zeros(1) if rotors is None else np.asarray(rotors.lag, float)
+    lag = np.zeros(1) if rotors is None else np.minimum(*rotors.lags)
     return np.divide(1.0, lag, out=np.zeros_like(lag), where=lag > 0.0)
 
 

@@ -122,10 +122,10 @@ def _commanded(vehicle: Vehicle, signals: Mapping[str, Signal], times: Array) ->
     """Return commanded thrusts (n, rotors) [N], of rotors with a lag those of the mean speed."""
     if "rotors" not in signals:
         return None
-    if not lag_rate(vehicle).any():
+    rotors = vehicle.uav.rotors
+    if rotors is None or not lag_rate(vehicle).any():
         return signals["rotors"].mean_from(times)
-    speeds = signals["rotors"].rooted().mean_from(times)
-    return np.asarray(np.sign(speeds) * speeds**2)
+    return rotors.thrusts_of(signals["rotors"].mapped(rotors.speeds_of).mean_from(times))
 
 
 def _check_widths(vehicle: Vehicle, signals: Mapping[str, Signal]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,9 +53,9 @@ class Signal:
         between = replace(self, values=unflipped(self.values)).at(times)
         return np.asarray(between / np.linalg.norm(between, axis=1, keepdims=True))
 
-    def rooted(self) -> Signal:
-        """Return signed square roots of the values: thrusts become proportional to speeds."""
-        return replace(self, values=np.sign(self.values) * np.sqrt(np.abs(self.values)))
+    def mapped(self, function: Callable[[Array], Array]) -> Signal:
+        """Return the signal of what a function makes of its values (n, width)."""
+        return replace(self, values=function(self.values))
 
     def mean_from(self, times: Array) -> Array:
         """Return means (n, width) of held values from each time to the next, with equal impulse.

@@ -18,6 +18,7 @@ from continuair.controllers.controller import Controller
 from continuair.flight.resolution import RESOLVED, angles_unread
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.kernels.step import OK
+from continuair.scenario.excitations import plus
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_excitations import (
     EXCITATIONS,
@@ -25,6 +26,7 @@ from continuair.studies.standard_excitations import (
     sample_time,
     standard_scenario,
 )
+from continuair.studies.standard_loops import OWN
 from continuair.sweeps import run_pairs
 from continuair.typing import Model
 from continuair.vehicle.vehicle import Vehicle
@@ -45,14 +47,17 @@ MOST_SAMPLES = 4000
 
 @dataclass(frozen=True)
 class Loop:
-    """One of LOOPS, and the bandwidth of its attitude [rad/s], or None for its default.
+    """One of LOOPS or OWN, and the bandwidth of its attitude [rad/s], or None for its default.
 
-    held: its controller, where that is made already, as it must be for a batch of vehicles.
+    held: its controller, where that is made already, as it must be for a batch of vehicles and is
+    of OWN. asked: the bend moments that it asks for at the start (bends,) [N m²], which loads leave
+    out of those that hold the arm; none by default.
     """
 
     name: str = "none"
     bandwidth: float | None = None
     held: Controller | None = None
+    asked: tuple[float, ...] = ()
 
     @property
     def closed(self) -> bool:
@@ -62,7 +67,7 @@ class Loop:
     @property
     def settles(self) -> bool:
         """Whether it holds the position too, so that the response to a load becomes periodic."""
-        return self.name == "position"
+        return self.name in ("position", OWN)
 
 
 NO_LOOP = Loop()
@@ -78,7 +83,7 @@ def excited(
     vehicle: Vehicle, name: str, frequency: Any, loop: Loop, periods: float = PERIODS
 ) -> Scenario:
     """Return a standard excitation, by default moderate; in a loop it grows from zero."""
-    return standard_scenario(
+    scenario = standard_scenario(
         name,
         vehicle,
         frequency=frequency,
@@ -87,6 +92,9 @@ def excited(
         bandwidth=loop.bandwidth,
         swell=SWELL if loop.closed else 0.0,
     )
+    if not any(loop.asked) or EXCITATIONS[name].on is None:
+        return scenario
+    return scenario.replace(bend_moment=plus(scenario.bend_moment, -np.asarray(loop.asked)))
 
 
 def sampling(vehicle: Vehicle, scenario: Scenario) -> tuple[float, float]:

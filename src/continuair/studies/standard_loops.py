@@ -3,6 +3,7 @@
 "position" holds position, height and attitude. "attitude" holds height and attitude alone, as under
 manual control of the tilt; the vehicle drifts sideways under the load. Neither holds the arm, which
 keeps its initial moment: a servo would stiffen it and hide the loop's effect.
+OWN is a controller of the user, which holds what it holds (`advise/own_law.py`).
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ from continuair.vehicle.vehicle import Vehicle
 Array = np.ndarray
 
 LOOPS = ("none", "attitude", "position")
+
+OWN = "own"
+"""The name of a loop that a given controller closes."""
 
 _UNFELT = 1e-9
 """Share of the velocity's gains that is left sideways: the law divides by them."""

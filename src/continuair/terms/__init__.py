@@ -10,6 +10,7 @@ from continuair.kernels.term_sum import Acting
 from continuair.terms.actuator_wrench import ActuatorWrench
 from continuair.terms.arm_drag import ArmDrag
 from continuair.terms.paper_torques import PaperTorques
+from continuair.terms.rotor_drag import RotorDrag
 from continuair.terms.rotors import RotorThrusts
 from continuair.terms.term import Stream, Term, name_of
 from continuair.terms.tip_wrench import TipWrench
@@ -20,6 +21,7 @@ TERMS: tuple[type[Term], ...] = (
     ActuatorWrench,
     PaperTorques,
     RotorThrusts,
+    RotorDrag,
     UavDrag,
     ArmDrag,
     TipWrench,
@@ -90,6 +92,7 @@ __all__ = [
     "Device",
     "ActuatorWrench",
     "PaperTorques",
+    "RotorDrag",
     "RotorThrusts",
     "Stream",
     "Term",

@@ -37,6 +37,11 @@ class RotorThrusts(Term):
         Whether rotors of some runs have no lag.
     washing : bool, default False
         Whether the rotors have a radius, and so a downwash.
+    curved : bool, default False
+        Whether the thrust is not the square of the speed: f_max (f u² + (1 - f) u) of what follows
+        the command, u, with f the thrust_model_factor.
+    uneven : bool, default False
+        Whether rotors slow down with another lag.
     """
 
     field: ClassVar[str] = "uav.rotors"
@@ -48,6 +53,8 @@ class RotorThrusts(Term):
     count: int
     prompt: bool = False
     washing: bool = False
+    curved: bool = False
+    uneven: bool = False
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
@@ -67,7 +74,9 @@ class RotorThrusts(Term):
         if rotors is None:
             return None
         prompt = bool((np.asarray(rotors.lag) == 0.0).any())
-        return cls(rotors.count, prompt, rotors.radius is not None)
+        curved = bool((np.asarray(rotors.thrust_model_factor) != 1.0).any())
+        washing, uneven = rotors.radius is not None, rotors.lag_down is not None
+        return cls(rotors.count, prompt, washing, curved, uneven)
 
     @property
     def moves_air(self) -> bool:
@@ -91,12 +100,15 @@ class RotorThrusts(Term):
         -------
         dict of str to tuple of int
             Shape of ``allocation`` and its pseudo-inverse ``inverse``, of the thrust limits
-            ``lowest`` and ``highest`` [N], and of ``lag`` [s]. With a downwash also ``hubs`` [m],
+            ``lowest`` and ``highest`` [N], and of ``lag`` and ``lag_down`` [s]
+            and the factor ``thrust_curve``. With a downwash also ``hubs`` [m],
             ``disk``, the squared radius [m²], and ``wash``, squared induced velocity per thrust.
         """
         wash = {"hubs": (self.count, 3), "disk": (), "wash": ()} if self.washing else {}
         matrices = {"allocation": (6, self.count), "inverse": (self.count, 6)}
-        return {**matrices, "lowest": (), "highest": (), "lag": (), **wash}
+        more = {"lag_down": ()} if self.uneven else {}
+        more |= {"thrust_curve": ()} if self.curved else {}
+        return {**matrices, "lowest": (), "highest": (), "lag": (), **more, **wash}
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
         """Fill the fields of `parameters`.
@@ -113,6 +125,10 @@ class RotorThrusts(Term):
         plants["allocation"], plants["inverse"] = rotors.allocation, rotors.inverse
         plants["lowest"], plants["highest"] = per_run(rotors.thrust_limits, runs, 2).T
         plants["lag"] = per_run(rotors.lag, runs)
+        if self.uneven:
+            plants["lag_down"] = per_run(rotors.lag_down, runs)
+        if self.curved:
+            plants["thrust_curve"] = per_run(rotors.thrust_model_factor, runs)
         if self.washing:
             square = np.square(per_run(rotors.radius, runs))
             plants["hubs"], plants["disk"] = rotors.hubs, square
@@ -214,13 +230,15 @@ class RotorCode:
     """Device functions of the rotors.
 
     rotor_load(y, along, flight, row, push): load of the thrusts. spun_up(rate, y, flight, row,
-    push): rate of the state with the rates of the speeds. thrusts_of: thrusts. excess_of: largest
-    demand beyond the thrust limits, as a share of their range.
+    push): rate of the state with the rates of the speeds. thrusts_of: thrusts. speeds_of: speeds
+    over the greatest. excess_of: largest demand beyond the thrust limits, as a share of their
+    range.
     """
 
     rotor_load: Any
     spun_up: Any
     thrusts_of: Any
+    speeds_of: Any
     excess_of: Any
 
 
@@ -236,7 +254,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
     above, finite, of_row = code.above, code.finite, code.of_row
     rotors, prompt = term.count, term.prompt
     speeds, commands = types.layout.rotor_speed.start, types.layout.of_input["rotor_command"].start
-    zero, one = Real(0.0), Real(1.0)
+    zero, one, two, four = Real(0.0), Real(1.0), Real(2.0), Real(4.0)
 
     @wp.func
     def asked_of(y: State, flight: Flight, row: int, push: Push):
@@ -292,12 +310,49 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
             out = wp.max(out, wp.abs(asked[i] + yaw[i] - given[i]))
         return out / (flight.plant.highest - lowest_of(flight))
 
+    if term.curved:
+
+        @wp.func
+        def share_of(speed: Real, plant: Plant):
+            """Thrust over the greatest."""
+            curve = plant.thrust_curve
+            return speed * (curve * speed + (one - curve))
+
+        @wp.func
+        def speed_of(share: Real, plant: Plant):
+            """The root of `share_of`, in a form that divides by no small number but at 0."""
+            straight = one - plant.thrust_curve
+            below = straight + wp.sqrt(straight * straight + four * plant.thrust_curve * share)
+            return above(share, zero, two * share / above(below, zero, below, one), zero)
+
+    else:
+
+        @wp.func
+        def share_of(speed: Real, plant: Plant):
+            return speed * speed
+
+        @wp.func
+        def speed_of(share: Real, plant: Plant):
+            return wp.sqrt(share)
+
+    if term.uneven:
+
+        @wp.func
+        def lag_of(behind: Real, plant: Plant):
+            return above(zero, behind, plant.lag_down, plant.lag)
+
+    else:
+
+        @wp.func
+        def lag_of(behind: Real, plant: Plant):
+            return plant.lag
+
     @wp.func
     def turning(y: State, plant: Plant):
         """Return the thrusts of the rotor speeds."""
         out = PerRotor()
         for i in range(rotors):
-            out[i] = plant.highest * y[speeds + i] * y[speeds + i]
+            out[i] = plant.highest * share_of(y[speeds + i], plant)
         return out
 
     @wp.func
@@ -313,6 +368,13 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
         return turning(y, flight.plant)
 
     thrusts_of = turning_or_commanded if prompt else turning_alone
+
+    @wp.func
+    def speeds_of(y: State, flight: Flight, row: int, push: Push):
+        out = thrusts_of(y, flight, row, push)
+        for i in range(rotors):
+            out[i] = speed_of(out[i] / flight.plant.highest, flight.plant)
+        return out
 
     @wp.func
     def rotor_load(y: State, along: Along, flight: Flight, row: int, push: Push):
@@ -334,9 +396,10 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
         plant = flight.plant
         given = commanded(y, flight, row, push)
         for i in range(rotors):
-            behind = wp.sqrt(given[i] / plant.highest) - y[speeds + i]
-            change = behind / above(plant.lag, zero, plant.lag, one)
-            rate[speeds + i] = above(plant.lag, zero, change, zero)
+            behind = speed_of(given[i] / plant.highest, plant) - y[speeds + i]
+            lag = lag_of(behind, plant)
+            change = behind / above(lag, zero, lag, one)
+            rate[speeds + i] = above(lag, zero, change, zero)
         return rate
 
     return holding(RotorCode, locals())

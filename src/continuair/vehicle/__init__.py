@@ -10,9 +10,11 @@ if TYPE_CHECKING:
     from continuair.vehicle.layout import FIELDS as FIELDS
     from continuair.vehicle.runs import per_run as per_run
     from continuair.vehicle.vehicle import as_rod as as_rod
+    from continuair.vehicle.vehicle import check_has_arms as check_has_arms
     from continuair.vehicle.vehicle import check_one_section as check_one_section
     from continuair.vehicle.vehicle import check_single_vehicle as check_single_vehicle
     from continuair.vehicle.vehicle import is_paper as is_paper
+    from continuair.vehicle.vehicle import vehicle_of_run as vehicle_of_run
 
 __getattr__, __dir__, __all__ = lazy.names(
     __name__,
@@ -28,9 +30,11 @@ __getattr__, __dir__, __all__ = lazy.names(
         "runs": ("per_run",),
         "vehicle": (
             "as_rod",
+            "check_has_arms",
             "check_one_section",
             "check_single_vehicle",
             "is_paper",
+            "vehicle_of_run",
         ),
     },
 )

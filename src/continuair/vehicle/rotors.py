@@ -45,6 +45,15 @@ MOST_ROTORS = 16
 """Most rotors of a vehicle. Kernels are compiled for each number."""
 
 
+def _at_most_one(value: object) -> float:
+    if not checks.is_number(value) or not 0.0 <= value <= 1.0:
+        raise ValueError("must be a number from 0 to 1")
+    return float(value)
+
+
+Share = Annotated[float, BeforeValidator(_at_most_one)]
+
+
 def _spin(value: object) -> int:
     if not checks.is_number(value) or value not in (1, -1):
         raise ValueError("must be 1 or -1")
@@ -103,6 +112,21 @@ class Rotors(Part):
     lag: NotNegative = 0.0
     """the time constant of a rotor's speed, a first-order lag; 0 for none [s]"""
 
+    lag_down: NotNegative | None = None
+    """the same of a rotor that slows down; as lag by default [s]"""
+
+    thrust_model_factor: Share = 1.0
+    """f of thrust over the greatest = f u² + (1 - f) u, u what follows the command with the lag,
+    from 0 to 1: PX4's THR_MDL_FAC; with 1 u is the speed over the greatest [-]"""
+
+    hub_drag: NotNegativePair = (0.0, 0.0)
+    """the drag of one rotor at its greatest speed over its hub's velocity through the air, across
+    and along its axis, as 2 numbers: RotorPy's k_d and k_z times that speed in rad/s [N s/m]"""
+
+    translational_lift: NotNegative = 0.0
+    """the lift of one rotor over the square of its hub's velocity through the air across its axis:
+    RotorPy's k_h [N s²/m²]"""
+
     radius: Positive | None = None
     """the radius of a rotor's disk, from which power and downwash are computed [m]"""
 
@@ -142,6 +166,10 @@ class Rotors(Part):
             self._check_list()
         else:
             self._check_layout()
+        if self.lag_down is not None and (self.lag == 0.0) != (self.lag_down == 0.0):
+            raise InputError(
+                f"lag is {self.lag:g} and lag_down {self.lag_down:g}; give both above 0, or both 0."
+            )
         if self.rank < 4:
             raise InputError(
                 f"torque_per_thrust is {self.torque_per_thrust:g}; with these rotors, lift, roll, "
@@ -248,6 +276,33 @@ class Rotors(Part):
     def highest(self) -> Any:
         """Return the maximum thrust of one rotor [N], an array in a batched vehicle."""
         return np.transpose(self.thrust_limits)[1]
+
+    @property
+    def lags(self) -> tuple[Array, Array]:
+        """The time in which a speed follows its command up and down, each (...) [s]."""
+        up = np.asarray(self.lag, float)
+        return up, up if self.lag_down is None else np.asarray(self.lag_down, float)
+
+    @property
+    def moved_by_air(self) -> bool:
+        """Whether drag or lift follows from a hub's velocity through the air."""
+        return bool(np.any(self.hub_drag) or np.any(self.translational_lift))
+
+    def speeds_of(self, thrusts: Array) -> Array:
+        """Speeds over the greatest (..., rotors) that give thrusts (..., rotors) [N]; what follows
+        commands where thrust_model_factor is not 1. Those of negative thrusts are negative."""
+        thrusts = np.asarray(thrusts, float)
+        share = thrusts / np.asarray(self.highest)[..., None]
+        size, curve = np.abs(share), np.asarray(self.thrust_model_factor, float)[..., None]
+        below = (1.0 - curve) + np.sqrt((1.0 - curve) ** 2 + 4.0 * curve * size)
+        curved = np.divide(2.0 * size, below, out=np.zeros(below.shape), where=below > 0.0)
+        return np.asarray(np.sign(share) * np.where(curve == 1.0, np.sqrt(size), curved))
+
+    def thrusts_of(self, speeds: Array) -> Array:
+        """Thrusts (..., rotors) [N] of speeds over the greatest, as `speeds_of`."""
+        size, curve = np.abs(speeds), np.asarray(self.thrust_model_factor, float)[..., None]
+        share = np.sign(speeds) * size * (curve * size + (1.0 - curve))
+        return np.asarray(np.asarray(self.highest)[..., None] * share)
 
     def power(self, thrust: Array) -> Array:
         """Return the induced power [W] of thrusts [N]; in a batch the first dimension is runs.

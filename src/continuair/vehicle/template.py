@@ -154,6 +154,10 @@ $tilt = $lean  # rad, of hex_tilted alone: how far each rotor leans
 thrust_limits = [0.0, $thrust]  # N, of one rotor; an estimate, which lifts twice the weight
 torque_per_thrust = 0.016  # m, drag torque over thrust
 lag = 0.04  # s, in which the speed follows its command; 0 for at once
+# lag_down = 0.06  # s, the same of a rotor that slows down
+# thrust_model_factor = 1.0  # -, PX4's THR_MDL_FAC: 1 for thrusts as squares of commands
+# hub_drag = [0.1, 0.2]  # N s/m, at the greatest speed, across and along the axis; k_d, k_z
+# translational_lift = 0.0  # N s2/m2, over the square of the speed across the axis; k_h
 # radius = 0.12  # m, of a rotor's disk, from which its power and its wash follow
 # In place of layout, lever, height and tilt, rotors one by one:
 # [[uav.rotors.rotor]]

@@ -368,11 +368,23 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
         raise error.within(f"{file}: ") from None
 
 
-def vehicle_of_run(description: Mapping[str, Any], run: int | None) -> Vehicle:
+def vehicle_of_run(description: Mapping[str, object], run: int | None) -> Vehicle:
     """Return the vehicle of a description by `Vehicle.describe`; of a batch, that of one run.
 
     Terms are left out: they are code, which a description does not contain, and they do not change
     the shape of the vehicle. Other input raises ValueError or any other exception.
+
+    Parameters
+    ----------
+    description : mapping
+        Of `Vehicle.describe`.
+    run : int or None
+        Index of the run of a batch; None for one vehicle.
+
+    Returns
+    -------
+    Vehicle
+        The vehicle.
     """
     description = {name: value for name, value in description.items() if name != "terms"}
     if run is not None:
@@ -388,7 +400,13 @@ def check_vehicle(value: object) -> Vehicle:
 
 
 def check_has_arms(vehicle: Vehicle) -> None:
-    """Raise InputError for a vehicle without arms."""
+    """Raise InputError for a vehicle without arms.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Vehicle, plain or batched.
+    """
     if not vehicle.arms:
         raise InputError(
             f"vehicle {shown(vehicle.name)} has no arm, but this needs one; give it a table [arm]."

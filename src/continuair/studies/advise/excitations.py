@@ -119,9 +119,12 @@ def _settled(
 
 
 def _lasting(vehicle: Vehicle, loop: Loop) -> float:
-    """Return clamped periods in which the slowest motion of a loop settles."""
+    """Return clamped periods in which the slowest motion of a loop settles; 0 if unknown."""
+    rate = slowest(vehicle, loop)
+    if rate is None:
+        return 0.0
     clamped = float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
-    return LASTING / slowest(vehicle, loop) * clamped
+    return LASTING / rate * clamped
 
 
 def _alike(error: float, longer: float) -> bool | None:

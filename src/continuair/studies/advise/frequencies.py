@@ -9,7 +9,7 @@ from continuair.analysis.modes import Base, Modes, modes
 from continuair.analysis.trim import trim
 from continuair.errors import InputError
 from continuair.studies.excited_flights import Loop, least_periods
-from continuair.studies.standard_loops import hover_loop
+from continuair.studies.standard_loops import OWN, hover_loop
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -39,8 +39,8 @@ def tried(vehicle: Vehicle, loop: Loop) -> tuple[Array, Array]:
     """
     found = {place: 0.0 for place in SCAN.tolist()}
     clamped = float(excited_arm(vehicle).frequency)
-    if loop.settles:
-        steps = np.log(SCAN[0] * clamped / slowest(vehicle, loop)) / np.log(_WIDER)
+    if loop.settles and (rate := slowest(vehicle, loop)) is not None:
+        steps = np.log(SCAN[0] * clamped / rate) / np.log(_WIDER)
         lower = SCAN[0] * _WIDER ** -np.arange(1.0, np.ceil(steps) + 1.0)
         found |= {place: float(least_periods(place)) for place in lower.tolist()}
     if sum(vehicle.shape) > 1:
@@ -56,10 +56,15 @@ def tried(vehicle: Vehicle, loop: Loop) -> tuple[Array, Array]:
     return places, np.array([found[place] for place in places])
 
 
-def slowest(vehicle: Vehicle, loop: Loop) -> float:
-    """Return the rate [rad/s] of the slowest motion of a loop that holds the position."""
-    held = hover_loop(vehicle, loop.name, loop.bandwidth)
+def slowest(vehicle: Vehicle, loop: Loop) -> float | None:
+    """Return the rate [rad/s] of the slowest motion of a loop that holds the position.
+
+    None for a controller whose settings do not say it.
+    """
+    held = loop.held if loop.name == OWN else hover_loop(vehicle, loop.name, loop.bandwidth)
     assert held is not None
+    if not {"position_bandwidth", "integral_share"} <= held.settings.keys():
+        return None
     return float(held.settings["position_bandwidth"]) * float(held.settings["integral_share"])
 
 

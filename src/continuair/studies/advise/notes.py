@@ -13,6 +13,7 @@ from continuair.kernels.dynamics import SIMPLER
 from continuair.studies.atlas.controlled import CONTROLLED_RANGES
 from continuair.studies.atlas.flights import RANGES
 from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, load
+from continuair.studies.standard_loops import OWN
 from continuair.studies.tables import number, number_below
 
 _FURTHER = 1.5
@@ -224,7 +225,9 @@ def _outside(results: dict[str, Any]) -> list[str]:
     found += [f"the term {each['term']}" for each in vehicle.get("terms", ())]
     found += ["unequal inertia in roll and pitch"] * _are_unequal(roll, pitch)
     loop = results["loop"]["name"]
-    found += [f"the loop {loop}"] * (loop == "attitude" and bool(results["excitations"]))
+    own = f"the controller {results['loop']['controller']['name']}" if loop == OWN else ""
+    outside = own or f"the loop {loop}" * (loop == "attitude")
+    found += [outside] * bool(outside and results["excitations"])
     return [f"Outside the atlas of other flights: {', '.join(found)}."] if found else []
 
 

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from continuair.kernels.dynamics import COUPLINGS
+from continuair.studies.standard_loops import OWN
 from continuair.studies.tables import as_markdown, number, number_below
 
 
@@ -31,12 +32,17 @@ def as_table(results: dict[str, Any]) -> str:
         ds = part["models"]["decoupled"]["ds_max_px"]
         lines += [
             "",
-            f"{task}, gains {part['gains']}: RMS feature error of the coupled plant "
+            f"{task}, {_law(part)}: RMS feature error of the coupled plant "
             f"{_error(part['rms_px'])} px on the slowest letter; decoupled, |DS| up to "
             f"{_error(ds)} px there.",
         ]
     lines += ["", *(_beside_a_beam(results) or [OUTSIDE])]
     return "\n".join([*lines, "", step_costs(results)]) + "\n"
+
+
+def _law(part: dict[str, Any]) -> str:
+    """What tracks, in words."""
+    return f"gains {part['gains']}" if part["gains"] else f"controller {part['controller']}"
 
 
 OUTSIDE = (
@@ -62,7 +68,7 @@ def _beside_a_beam(results: dict[str, Any]) -> list[str]:
 
 def step_costs(results: dict[str, Any]) -> str:
     """Return the sentence about the time of a step."""
-    ratios = ", ".join(f"{m} {value:.1f}" for m, value in results["step_over_coupled"].items())
+    ratios = ", ".join(f"{m} {value:.2f}" for m, value in results["step_over_coupled"].items())
     return f"Time of a step over that of the coupled model: {ratios}."
 
 
@@ -99,6 +105,8 @@ def loop_of(results: dict[str, Any]) -> str:
         return "Loop: only that of the camera, in tracking."
     if law is None:
         return "Loop: none; constant forces hold the hover."
+    if results["loop"]["name"] == OWN:
+        return f"Loop: the controller {law['name']}, which was given."
     place = law.get("position_bandwidth", law.get("height_bandwidth"))
     what = "place" if "position_bandwidth" in law else "height, sideways nothing"
     return (

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
 from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.flight.simulate import simulate
 from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
@@ -28,18 +26,26 @@ from continuair.scenario.tracking_task import without_rotors
 from continuair.studies.advise.excitations import attribute, excite, missed
 from continuair.studies.advise.frequencies import LONGEST, hovering
 from continuair.studies.advise.notes import notes
+from continuair.studies.advise.own_law import check_own, own_loop
 from continuair.studies.advise.tracking import tracking_limit, tracking_notes
-from continuair.studies.advise.verdicts import TASKS, verdict
+from continuair.studies.advise.verdicts import TASKS, cost_verdict, verdict
 from continuair.studies.excited_flights import CYCLES, Loop
 from continuair.studies.standard_excitations import PERIODS, standard_scenario
 from continuair.studies.standard_loops import bent_growth, hover_loop
-from continuair.studies.timing import median_ratios
+from continuair.studies.timing import flight_alone, median_ratios
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 PIXELS = 0.7
 """Tolerated |DS| by default [px]."""
 
 _STEPS, _REPEATS = 20_000, 11
+
+_LIFT_AND_MOMENTS = 4
+"""Rank of the wrench of a law that tilts to move."""
+
+
+Advice: TypeAlias = dict[str, Any]
+"""What `advise` returns; plain numbers and texts by name."""
 
 
 @dataclass(frozen=True)
@@ -66,40 +72,87 @@ def advise(
     tolerance: Tolerance = Tolerance(),
     gains: Gains | None = None,
     *,
-    loop: str = "position",
+    loop: Literal["position", "attitude", "none"] = "position",
     bandwidth: float | None = None,
+    controller: Controller | None = None,
     called: str | None = None,
     progress: Progress | None = None,
-) -> dict[str, Any]:
-    """Return errors, limits, costs and a verdict for each task, JSON-able; raise InputError.
+) -> Advice:
+    """Fly a vehicle with each model, and return for which task the simpler ones will do.
 
-    loop: one of LOOPS, of the hover during an oscillating load; bandwidth: of its attitude [rad/s],
-    by default that of `flight_controller`; called: the vehicle's name in commands, its own by
-    default.
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle with an arm.
+    tasks : sequence of str, optional
+        Of "hover", "fast-flight", "contact" and "track:M" (or R, A, L). Default: these four.
+    tolerance : Tolerance, optional
+        The errors that are good enough: ``tip``, a share of the arm's length and an angle [rad],
+        and ``pixels``. Default: 0.02 and 0.7 px.
+    gains : Gains, optional
+        For tracking. Default: those of the preset "paper".
+    loop : {"position", "attitude", "none"}, default "position"
+        The flight controller that holds the hover while a load oscillates.
+    bandwidth : float, optional
+        Of its attitude [rad/s]. Default: what `flight_controller` gives the vehicle.
+    controller : Controller, optional
+        A controller of your own. One that looks at a target tracks, in place of `gains`. Another
+        holds the hover, in place of `loop`, at the origin of the world or at its set-points.
+    called : str, optional
+        The vehicle in commands that the advice gives. Default: its name.
+    progress : callable, optional
+        Called with (done, total, what) before each part.
+
+    Returns
+    -------
+    dict
+        Errors, limits, costs, ``verdicts`` by task and model, and ``verdict``, a sentence; plain
+        numbers and texts that JSON can hold. ``cost_verdict`` says that there is no reason to
+        decouple where a decoupled step costs what a coupled one does; it is empty elsewhere, and
+        `verdict` begins with it.
+
+    Raises
+    ------
+    InputError
+        If an argument cannot be used, such as a controller that does not hold the hover.
+
+    Notes
+    -----
+    Your controller acts every 1 ms unless it has a period. Constant bend moments hold the bent arm
+    against a load, less what the controller itself asks of the arm at the start. How fast its
+    slowest motion is, is known only of a `flight_controller`: of others no frequency is tried below
+    0.05 of the arm's clamped one, and whether errors settle is told by flights of twice the length.
     """
     check_has_arms(check_single_vehicle(vehicle))
-    controller = hover_loop(vehicle, loop, bandwidth)
     chosen, arm = chosen_tasks(tasks), excited_arm(vehicle)
+    check_own(controller, chosen, loop, bandwidth, gains)
+    holds = controller is not None and not controller.looks
+    held = controller if holds else hover_loop(vehicle, loop, bandwidth)
     names = list(dict.fromkeys(name for task in chosen for name in TASKS.get(task, ())))
     letters = {task: task.split(":")[1] for task in chosen if task not in TASKS}
     steps = Steps(progress, len(names) + bool(names) + len(letters) + 1)
-    flown, clamped = Loop(loop, bandwidth), float(arm.frequency) / (2.0 * np.pi)
+    flown = own_loop(vehicle, controller) if controller and holds else Loop(loop, bandwidth)
+    clamped = float(arm.frequency) / (2.0 * np.pi)
     excitations = _excitations(vehicle, names, tolerance.tip, flown, steps)
-    tracked, law = {}, gains or load_gains("paper")
-    wrench, told = without_rotors(vehicle)
+    tracked = {}
+    law = controller if controller and not holds else gains or load_gains("paper")
+    # A law that pushes in any direction flies without rotors that cannot.
+    any_way = not isinstance(law, Controller) or law.asks > _LIFT_AND_MOMENTS
+    wrench, told = without_rotors(vehicle) if any_way else (vehicle, [])
     told = [*told, *tracking_notes(vehicle)]
     for task, letter in letters.items():
         steps.begin(task)
         tracked[task] = tracking_limit(wrench, letter, law, SIMPLER, tolerance.pixels)
     steps.begin("cost of a step")
+    cost = step_cost(vehicle)
     results: dict[str, Any] = {
         "study": "advise",
         "vehicle": vehicle.describe(),
         "called": called or vehicle.name,
         "loop": {
-            "name": loop,
-            "controller": None if controller is None else controller.describe(),
-            "growth_1_s": _growth(vehicle, controller),
+            "name": flown.name,
+            "controller": None if held is None else held.describe(),
+            "growth_1_s": None if holds else _growth(vehicle, held),
             "drifting_s": LONGEST / clamped if flown.closed and not flown.settles else None,
         },
         "tolerance": tolerance.tip,
@@ -109,23 +162,25 @@ def advise(
         "clamped_hz": clamped,
         "hovering_hz": hovering(vehicle),
         "least_settled_hz": CYCLES / PERIODS * clamped,
-        "groups": _groups(vehicle, controller),
+        "groups": _groups(vehicle, held),
         "excitations": excitations,
         "tracking": tracked,
         "tracking_notes": told if tracked else [],
-        "step_over_coupled": step_cost(vehicle),
+        "step_over_coupled": cost,
         "curvature_error": {} if vehicle.has_arm_list else curvature_error(vehicle),
     }
     found = {task: {m: verdict(results, task, m) for m in SIMPLER} for task in chosen}
     sentence = "; ".join(f"{task}: {of['decoupled']['text']}" for task, of in found.items())
-    results |= {"verdicts": found, "verdict": sentence}
+    first = cost_verdict(cost)
+    results |= {"cost_verdict": first, "verdicts": found}
+    results |= {"verdict": f"{first} {sentence}" if first else sentence}
     return results | {"notes": notes(results)}
 
 
 def _groups(vehicle: Vehicle, controller: Controller | None) -> dict[str, float]:
     """The vehicle's groups, and the bandwidth of its attitude over the arm's clamped frequency."""
     found = {name: float(value) for name, value in place(vehicle).items()}
-    if controller is not None:
+    if controller is not None and "attitude_bandwidth" in controller.settings:
         attitude = controller.settings["attitude_bandwidth"]
         found["bandwidth"] = float(attitude) / float(excited_arm(vehicle).frequency)
     return found
@@ -171,16 +226,13 @@ def _excitations(
 
 
 def step_cost(vehicle: Vehicle) -> dict[str, float]:
-    """Return the median time of a model's step over that of the coupled one, measured in turns."""
+    """Return the median time of a model's step over that of the coupled one, measured in turns.
+
+    Flights are on one thread, without their preparation.
+    """
     scenario = standard_scenario("release", vehicle)
-    options: dict[str, Any] = {
-        "method": "RK4",
-        "step": scenario.duration / _STEPS,
-        "sample": scenario.duration,
-        "variables": ["position"],
-    }
+    step = scenario.duration / _STEPS
     flights: dict[str, Callable[[], object]] = {
-        model: partial(simulate, vehicle, scenario, model=model, **options)
-        for model in (REFERENCE, *SIMPLER)
+        model: flight_alone(vehicle, scenario, model, step=step) for model in (REFERENCE, *SIMPLER)
     }
     return median_ratios(flights, REFERENCE, _REPEATS)

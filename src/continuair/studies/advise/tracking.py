@@ -9,6 +9,7 @@ import numpy as np
 from continuair.analysis.determinacy import fly_twice
 from continuair.analysis.limits import find_limits
 from continuair.analysis.metrics import TRANSIENT, feature_rms, norm_difference
+from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains
 from continuair.kernels.dynamics import REFERENCE
 from continuair.scenario import paths
@@ -24,18 +25,23 @@ SCANNED, REFINED = 10, 6
 
 
 def tracking_limit(
-    vehicle: Vehicle, letter: str, gains: Gains, models: tuple[Model, ...], pixels: float
+    vehicle: Vehicle,
+    letter: str,
+    gains: Gains | Controller,
+    models: tuple[Model, ...],
+    pixels: float,
 ) -> dict[str, Any]:
     """Return the target speed up to which each model stays within `pixels` of the coupled one.
 
     The camera has no noise. Returns by model: ds_max_px at the slowest letter, limit_m_s (NaN: none
     of those tried, inf: all), and the scan: speeds [m/s] and the largest |DS| [px] after the
     transient. |DS| is NaN where a run ended early, or rounding dominates it. rms_px: of the coupled
-    plant. Raises InputError.
+    plant. gains: of the paper's law, or a controller. Raises InputError.
     """
     # Of one draw of noise, limits would be that draw's.
     flown = equipped(vehicle, SETTINGS["nominal"]).replace({"camera.noise": 0.0})
-    law = gains.controller(flown)
+    own = isinstance(gains, Controller)
+    law = gains if isinstance(gains, Controller) else gains.controller(flown)
 
     def fly(durations: np.ndarray, *models: Model) -> dict[str, np.ndarray]:
         return _fly(flown, letter, law, durations, models)
@@ -51,7 +57,8 @@ def tracking_limit(
     lost = np.isnan(rms)
     return {
         "letter": letter,
-        "gains": gains.name,
+        "gains": "" if own else gains.name,
+        "controller": law.name,
         "models": {
             model: {
                 "ds_max_px": float(limit.errors[0]),

@@ -16,7 +16,29 @@ TASKS = {
 }
 """Standard excitations that stand for a task; `track:M` tracks the letter M, or another."""
 
+SAVED = 0.1
+"""Share of a coupled step's time that a decoupled one saves at the least, to be a reason."""
+
 _ONCE = {"release": "when the bent arm is let go", "fall": "in free fall"}
+
+
+def cost_verdict(step_over_coupled: dict[str, float]) -> str:
+    """Return a sentence where a decoupled step costs what a coupled one does; else nothing.
+
+    step_over_coupled: time of a step of each simpler model over that of the coupled one.
+    """
+    ratio = step_over_coupled["decoupled"]
+    if ratio <= 1.0 - SAVED:
+        return ""
+    others = "".join(
+        f", and one of {model} {each:.2f} times"
+        for model, each in step_over_coupled.items()
+        if model != "decoupled"
+    )
+    return (
+        "There is no reason to decouple this vehicle: its decoupled step was measured to take "
+        f"{ratio:.2f} times the time of a coupled one{others}."
+    )
 
 
 def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
@@ -29,6 +51,12 @@ def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
     if task in results["tracking"]:
         found = results["tracking"][task]
         limit = found["models"][model]["limit_m_s"]
+        if np.isnan(found["rms_px"]) and not found["gains"]:
+            text = (
+                f"undecided: the controller {found['controller']} loses the target, or chatters; "
+                "give one that tracks the slowest letter"
+            )
+            return {"scope": "undecided", "limit": limit, "unit": "m/s", "text": text}
         if np.isnan(found["rms_px"]):
             called = shlex.quote(results["called"])
             text = (
