@@ -57,7 +57,7 @@ def test_the_tip_wrench_acts_on_the_arm_that_carries_the_camera(
     each = np.reshape(scenario.tip_wrench(0.4), (len(vehicle.arms), 6))
     assert each[arm].tolist() == list(tip_chirp(0.4, 3.0))
     assert not np.delete(each, arm, axis=0).any()
-    described = scenario.describe()["tip_wrench"]
+    described: Any = scenario.describe()["tip_wrench"]
     assert described["input"] == "tip_chirp" and described["f1"] == 3.0
     json.dumps(described)
 
