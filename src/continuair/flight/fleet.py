@@ -26,13 +26,18 @@ SPIN = 10.0
 """Angular velocity [rad/s] up to which the automatic step resolves a vehicle's turning."""
 
 
+_CHANGING = ("states", "status", "_angles", "_first")
+"""Attributes of a Fleet that change in flight."""
+
+
 class Fleet:
     """Runs of a vehicle with rotors, stepped together by a control period, in one launch.
 
     vehicle: one for all runs, or a batch of as many. period: [s]; model, device: as in `simulate`.
     states (runs, state): where the runs are, as `Layout` orders it; runs that have ended stay
     there. status (runs,): of kernels/step.py. step_length: [s]. All hover level at the origin with
-    straight arms until they are begun. Raises InputError.
+    straight arms until they are begun. A copy, by `copy.deepcopy` or pickle, continues as the
+    original does. Raises InputError.
     """
 
     def __init__(
@@ -45,6 +50,10 @@ class Fleet:
         device: str = "cpu",
         gravity: float = 9.81,
     ) -> None:
+        self._made_with = {
+            "vehicle": vehicle, "runs": runs, "period": period,
+            "model": model, "device": device, "gravity": gravity,
+        }  # fmt: skip
         checks.choice("model", model, MODELS)
         self.runs = checks.whole("runs", runs, 1)
         period = checks.positive("period", period, " [s]")
@@ -70,6 +79,15 @@ class Fleet:
         self._first = np.empty_like(self.states)
         self.status = np.empty(runs, np.int32)
         self.begin(np.arange(runs), np.zeros((runs, width)), np.zeros((runs, width)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what it was made with, and where its runs are; kernels cannot be copied."""
+        changing = {name: getattr(self, name).copy() for name in _CHANGING}
+        return {"made_with": self._made_with, "changing": changing}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state["made_with"])  # type: ignore[misc]
+        self.__dict__.update(state["changing"])
 
     def begin(self, which: Array, q: Array, qd: Array) -> None:
         """Begin some runs, by their indices (n,), anew at paper coordinates and rates (n, …), their

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from continuair import checks
-from continuair.errors import InputError, shown
+from continuair.errors import InputError, nearest, shown
 from continuair.interfaces.hovering import Hovering
 
 checks.installed("gymnasium", "gym")
@@ -34,17 +34,21 @@ def _spaces(task: Hovering) -> tuple[Box, Box]:
 
 
 class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
-    """One vehicle that is to hold a point; `Hovering` says what of, and takes the same options."""
+    """One vehicle that holds a point; `Hovering` defines the task, and takes the same options.
+
+    A copy, by `copy.deepcopy` or pickle, continues as the original does.
+    """
 
     def __init__(self, vehicle: Any = None, render_mode: None = None, **options: Any) -> None:
-        self.render_mode = render_mode
+        self.render_mode = _not_rendered(render_mode)
         self._task = Hovering(1, vehicle, **options)
         self.observation_space, self.action_space = _spaces(self._task)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Begin an episode."""
+        """Begin an episode; there are no options."""
+        _options(options, ())
         super().reset(seed=seed)
         self._task.begin([0], [self.np_random])
         return self._task.observed()[0].astype(np.float32), {}
@@ -59,10 +63,10 @@ class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
 class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
     """The same vehicle many times, or one each of a batch, all stepped in one launch.
 
-    An episode that ended begins anew in the next step, which ignores its action.
+    autoreset_mode: as Gymnasium defines it. By "NextStep" an episode that ended begins anew in the
+    next step, which ignores its action; by "SameStep" in the step that ends it, whose last
+    observation is in info["final_obs"]; by "Disabled" only when `reset` is called with a mask.
     """
-
-    metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
         self,
@@ -70,10 +74,13 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         vehicle: Any = None,
         *,
         max_episode_steps: int = EPISODE,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         render_mode: None = None,
         **options: Any,
     ) -> None:
-        self.render_mode, self.num_envs = render_mode, num_envs
+        self.render_mode, self.num_envs = _not_rendered(render_mode), num_envs
+        self._mode = _autoreset_mode(autoreset_mode)
+        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
         self._task, self._longest = Hovering(num_envs, vehicle, **options), max_episode_steps
         self.single_observation_space, self.single_action_space = _spaces(self._task)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -87,39 +94,107 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Array, dict[str, Any]]:
-        """Begin all episodes; a whole number seeds them with itself and those that follow."""
-        count = self.num_envs
+        """Begin episodes: all, or those of options["reset_mask"] (num_envs,), a truth value each.
+
+        A whole number seeds the environments with itself and those that follow. Environments
+        without a seed go on drawing from their generators.
+        """
+        which = self._mask(options)
         if isinstance(seed, int | np.integer):
             super().reset(seed=int(seed))
-            seeds: Sequence[int | None] | None = [int(seed) + i for i in range(count)]
+            seeds: Sequence[int | None] = [int(seed) + i for i in range(self.num_envs)]
         else:
             super().reset()
-            seeds = seed
-        if seeds is not None and len(seeds) != count:
-            raise InputError(f"seed holds {len(seeds)} seeds; give {count}, or one for all.")
-        if seeds is not None or not self._randoms:
-            self._randoms = [seeding.np_random(each)[0] for each in seeds or [None] * count]
-        self._begin(np.ones(count, bool))
+            seeds = [None] * self.num_envs if seed is None else seed
+        if len(seeds) != self.num_envs:
+            raise InputError(
+                f"seed holds {len(seeds)} seeds; give {self.num_envs}, or one for all."
+            )
+        self._seed(seeds, which)
+        self._begin(which)
         return self._task.observed().astype(np.float32), {}
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
-        """Advance all by a control period, but for those that begin anew."""
+        """Advance all by a control period, but for those that begin anew in the next step."""
+        found_actions = _checked(actions, (self.num_envs, self._task.actions))
         anew = self._ended.copy()
-        found = self._task.step(_checked(actions, (self.num_envs, self._task.actions)))
+        if self._mode is AutoresetMode.DISABLED and anew.any():
+            raise InputError(
+                f"step is not possible: episodes {shown(np.flatnonzero(anew))} have ended; reset "
+                "them first, by reset(options={'reset_mask': terminated | truncated})."
+            )
+        found = self._task.step(found_actions)
         self._steps += 1
-        observation, reward = found.observation, np.where(anew, 0.0, found.reward)
-        if anew.any():
-            self._begin(anew)
-            observation = self._task.observed()
+        reward = np.where(anew, 0.0, found.reward)
         terminated = found.terminated & ~anew
         truncated = (self._steps >= self._longest) & ~anew
         self._ended = terminated | truncated
-        return observation.astype(np.float32), reward, terminated, truncated, {}
+        observation, info = found.observation.astype(np.float32), {}
+        if self._mode is AutoresetMode.SAME_STEP:
+            anew = self._ended.copy()
+            for run in np.flatnonzero(anew):
+                last = {"final_obs": observation[run].copy(), "final_info": {}}
+                info = self._add_info(info, last, run)
+        if anew.any():
+            self._begin(anew)
+            observation[anew] = self._task.observed()[anew]
+        return observation, reward, terminated, truncated, info
+
+    def _mask(self, options: dict[str, Any] | None) -> Array:
+        """Which environments a reset is of."""
+        options = _options(options, ("reset_mask",))
+        if "reset_mask" not in options:
+            return np.ones(self.num_envs, bool)
+        mask = options["reset_mask"]
+        whole = isinstance(mask, np.ndarray) and mask.dtype == np.bool_
+        if not whole or mask.shape != (self.num_envs,) or not mask.any():
+            raise InputError(
+                f"options['reset_mask'] is {shown(mask)}; give a NumPy array of {self.num_envs} "
+                "truth values, one of them True."
+            )
+        if not self._randoms and not mask.all():
+            raise InputError(
+                f"options['reset_mask'] is {shown(mask)}, but no episode has begun; reset all "
+                "environments first."
+            )
+        return mask
+
+    def _seed(self, seeds: Sequence[int | None], which: Array) -> None:
+        """Give a generator to environments that are reset and have a seed, or none yet."""
+        made = list(self._randoms) or [None] * self.num_envs
+        for run in np.flatnonzero(which):
+            if seeds[run] is not None or made[run] is None:
+                made[run] = seeding.np_random(seeds[run])[0]
+        self._randoms = made
 
     def _begin(self, which: Array) -> None:
         runs = np.flatnonzero(which)
         self._task.begin(runs.tolist(), [self._randoms[run] for run in runs])
         self._steps[which], self._ended[which] = 0, False
+
+
+def _not_rendered(render_mode: Any) -> None:
+    """Refuse modes of rendering, of which there are none."""
+    if render_mode is not None:
+        raise InputError(
+            f"render_mode is {shown(render_mode)}, but these environments render nothing; leave it "
+            "out, and see a flight by simulate and continuair view."
+        )
+
+
+def _options(given: dict[str, Any] | None, known: Sequence[str]) -> dict[str, Any]:
+    """Options of a reset, none of them unknown."""
+    for name in given or {}:
+        if name not in known:
+            remedy = nearest(str(name), known) if known else "there are none"
+            raise InputError(f"options holds {shown(name)}; {remedy}.")
+    return given or {}
+
+
+def _autoreset_mode(value: Any) -> AutoresetMode:
+    if isinstance(value, AutoresetMode):
+        return value
+    return AutoresetMode(checks.choice("autoreset_mode", value, [m.value for m in AutoresetMode]))
 
 
 def _checked(action: Any, shape: tuple[int, int]) -> Array:
