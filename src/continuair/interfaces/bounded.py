@@ -1,37 +1,152 @@
-"""MCAP files whose chunks unpack to no more than they may: a small file can declare gigabytes."""
+"""Logs of others that unpack to no more than they may: a small file can declare gigabytes."""
 
 from __future__ import annotations
 
 import struct
 import sys
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import IO, Any
 
 from continuair.errors import InputError
+from continuair.files import check_regular
 
 _MAGIC, _CHUNK = b"\x89MCAP0\r\n", 0x06
 
 _LARGEST = 1 << 28
 """Bytes that a chunk may unpack to; writers make chunks of about a megabyte."""
 
+LARGEST_MESSAGE = 1 << 24
+"""Bytes of a message of what is read: poses, wrenches and numbers."""
+
+LARGEST_DESCRIPTION = 1 << 20
+"""Bytes of what describes a bag or a type in it."""
+
+_LARGEST_FILE, _LARGEST_RATIO = 1 << 28, 100
+"""What a packed file may unpack to: so many bytes, or so many times its own."""
+
+_MOST_FIELDS = 1 << 20
+"""Of all the topics that a ULog subscribes to; a message holds 65,535 bytes at most."""
+
+_DEEPEST = 16
+"""Of formats in formats of a ULog."""
+
+_ULOG_HEADER = 16
+
 _PIECE = 1 << 20
 
 
-def check_chunks(path: Path) -> None:
-    """Raise InputError for an MCAP file, or a folder of them, with a chunk that is too large.
+def check_chunks(file: Path) -> None:
+    """Raise InputError for an MCAP file with a chunk that is too large.
 
     What is no whole MCAP file is left for its reader to refuse.
     """
-    for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path]:
-        with open(file, "rb") as stream:
-            if stream.read(len(_MAGIC)) == _MAGIC:
-                for compression, packed in _chunks(stream):
-                    if _unpacks_beyond(compression, packed):
-                        raise InputError(
-                            f"has a chunk that unpacks to more than {_LARGEST >> 20} MiB; write it "
-                            "with smaller chunks."
-                        )
+    with open(file, "rb") as stream:
+        if stream.read(len(_MAGIC)) == _MAGIC:
+            for compression, packed in _chunks(stream):
+                if _unpacks_beyond(compression, packed):
+                    raise InputError(
+                        f"has a chunk that unpacks to more than {_LARGEST >> 20} MiB; write it "
+                        "with smaller chunks."
+                    )
+
+
+def check_bag_folder(folder: Path) -> None:
+    """Raise InputError for a bag's folder whose description is too large, or whose packed files
+    unpack to far more than they hold.
+
+    What is no such folder is left for its reader to refuse.
+    """
+    from ruamel.yaml import YAML
+
+    described = folder / "metadata.yaml"
+    check_regular("data", described)
+    if not described.is_file():
+        return
+    if described.stat().st_size > LARGEST_DESCRIPTION:
+        raise InputError(
+            f"has a metadata.yaml of more than {LARGEST_DESCRIPTION >> 20} MiB; give a bag that "
+            "ROS 2 wrote."
+        )
+    try:
+        told = YAML(typ="safe").load(described.read_text("utf-8"))["rosbag2_bagfile_information"]
+        is_packed = str(told.get("compression_mode")).lower() == "file"
+        names = [PurePath(name).name for name in told["relative_file_paths"]] if is_packed else []
+    except Exception:  # damaged, which its reader tells
+        return
+    for file in (folder / name for name in names):
+        check_regular("data", file)
+        if file.is_file() and _file_unpacks_beyond(file):
+            raise InputError(
+                f"has a file that unpacks to more than {_LARGEST_RATIO} times its size; unpack it "
+                "first, if you trust it."
+            )
+
+
+def _file_unpacks_beyond(file: Path) -> bool:
+    """Whether a file packed as a whole unpacks to more than it may, found piece by piece."""
+    most, found = max(_LARGEST_FILE, _LARGEST_RATIO * file.stat().st_size), 0
+    with open(file, "rb") as stream:
+        unpack = _decompressor("zstd")
+        while data := stream.read(_PIECE):
+            while data or not (unpack.eof or unpack.needs_input):
+                try:
+                    found += len(unpack.decompress(data, max_length=_PIECE))
+                except Exception:  # damaged, which its reader tells
+                    return False
+                data = b""
+                if found > most:
+                    return True
+                if unpack.eof:
+                    data, unpack = unpack.unused_data, _decompressor("zstd")
+    return False
+
+
+def check_fields(data: bytes) -> None:
+    """Raise InputError for a ULog whose topics have more fields than messages can hold.
+
+    What is no ULog is left for its reader to refuse.
+    """
+    formats: dict[str, list[tuple[str, int]]] = {}
+    counted: dict[str, int] = {}
+    at, fields = _ULOG_HEADER, 0
+    while at + 3 <= len(data):
+        size, kind = struct.unpack_from("<HB", data, at)
+        content = data[at + 3 : at + 3 + size]
+        at += 3 + size
+        if kind == ord("F"):
+            name, _, declared = content.decode("utf-8", "replace").partition(":")
+            formats[name] = [_field(each) for each in declared.split(";") if each]
+            counted.clear()
+        elif kind == ord("A"):
+            name = content[3:].decode("utf-8", "replace")
+            fields += _count(name, formats, counted, 0)
+            if fields > _MOST_FIELDS:
+                raise InputError(
+                    "declares topics of more fields than their messages can hold; download the "
+                    "log again."
+                )
+
+
+def _field(declared: str) -> tuple[str, int]:
+    """Type and number of a field, as in float[3] x."""
+    kind, _, size = declared.split(" ")[0].partition("[")
+    size = size.rstrip("]")
+    return kind, int(size) if size.isascii() and size.isdecimal() and len(size) < 9 else 1
+
+
+def _count(
+    name: str, formats: dict[str, list[tuple[str, int]]], counted: dict[str, int], depth: int
+) -> int:
+    """Fields of a format, those of formats in it among them; too many for what holds itself."""
+    if depth > _DEEPEST:
+        return _MOST_FIELDS + 1
+    if name not in counted:
+        counted[name] = sum(
+            max(size, 1) * (_count(kind, formats, counted, depth + 1) if kind in formats else 1)
+            for kind, size in formats.get(name, [])
+        )
+    return counted[name]
 
 
 def _chunks(stream: IO[bytes]) -> Iterator[tuple[str, bytes]]:
@@ -56,22 +171,32 @@ def _chunks(stream: IO[bytes]) -> Iterator[tuple[str, bytes]]:
 
 def _unpacks_beyond(compression: str, packed: bytes) -> bool:
     """Whether a chunk unpacks to more than the largest, found piece by piece."""
+    try:
+        return sum(map(len, _pieces(compression, packed, _LARGEST))) > _LARGEST
+    except Exception:  # damaged, which its reader tells
+        return False
+
+
+def unpacked(compression: str, packed: bytes, most: int) -> bytes | None:
+    """Return what data unpack to, or None if that is more than so many bytes; raises what the
+    library raises of damage."""
+    pieces = list(_pieces(compression, packed, most))
+    return None if sum(map(len, pieces)) > most else b"".join(pieces)
+
+
+def _pieces(compression: str, packed: bytes, most: int) -> Iterator[bytes]:
+    """What packed frames unpack to, no further than to the piece that makes it too large."""
     found = 0
     while packed and compression in ("zstd", "lz4"):
         unpack = _decompressor(compression)
         data = packed
         while not unpack.eof:
-            try:
-                piece = unpack.decompress(data, max_length=_PIECE)
-            except Exception:  # damaged, which its reader tells
-                return False
+            piece = unpack.decompress(data, max_length=_PIECE)
             found, data = found + len(piece), b""
-            if found > _LARGEST:
-                return True
-            if not piece and unpack.needs_input:
-                return False
+            yield piece
+            if found > most or (not piece and unpack.needs_input):
+                return
         packed = unpack.unused_data or b""
-    return False
 
 
 def _decompressor(compression: str) -> Any:

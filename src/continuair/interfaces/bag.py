@@ -1,0 +1,200 @@
+"""Bags of ROS 2 opened for some of their topics, whatever the others hold: `rosbags` alone reads
+the types of all of them, or none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import (
+    Connection,
+    ConnectionExtRosbag2,
+    MessageDefinition,
+    MessageDefinitionFormat,
+    Nodetype,
+)
+from rosbags.rosbag2 import Reader, ReaderError
+from rosbags.rosbag2.metadata import ReaderMetadata, parse_qos
+from rosbags.rosbag2.reader import DirectoryReader
+from rosbags.rosbag2.storage_mcap import McapReader
+from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
+from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+
+from continuair.errors import InputError
+from continuair.files import check_regular
+from continuair.interfaces.bounded import (
+    LARGEST_DESCRIPTION,
+    LARGEST_MESSAGE,
+    check_bag_folder,
+    check_chunks,
+    unpacked,
+)
+
+_FORMATS = {
+    "ros2msg": MessageDefinitionFormat.MSG,
+    "ros2idl": MessageDefinitionFormat.IDL,
+    "omgidl": MessageDefinitionFormat.IDL,
+}
+_UNKNOWN = MessageDefinition(MessageDefinitionFormat.NONE, "")
+_IDL_SEPARATOR = "=" * 80 + "\n"
+
+_MOST_ENTRIES = 1 << 16
+"""Of the arrays of a type that a bag defines, in all."""
+
+
+class _Schemas(dict[int, Any]):
+    """Schemas of an MCAP file, those in unknown languages without their text."""
+
+    def __setitem__(self, key: int, schema: Any) -> None:
+        if schema.encoding not in _FORMATS:
+            schema = schema._replace(encoding="", data="")
+        super().__setitem__(key, schema)
+
+
+class _Mcap(McapReader):
+    def __init__(self, path: Any) -> None:
+        super().__init__(path)
+        self.schemas = _Schemas()
+
+    def open(self) -> None:
+        check_regular("data", Path(self.path))
+        check_chunks(Path(self.path))
+        super().open()
+
+
+class _Sqlite(Sqlite3Reader):
+    def open(self) -> None:
+        check_regular("data", Path(self.path))
+        super().open()
+
+    def _open(self) -> None:
+        """As its parent, but for definitions in unknown languages, which are none."""
+        import apsw
+
+        assert self.dbconn is not None
+        self.dbconn.limit(apsw.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
+        rows = self.dbconn.execute
+        tables = {name for (name,) in rows("SELECT name FROM sqlite_master WHERE type='table'")}
+        if not {"messages", "topics"} <= tables:
+            raise ReaderError(f"Database {self.path} has no messages and topics.")
+        known = {name for _, name, *_ in rows("PRAGMA table_info(topics)")}
+        qos = "offered_qos_profiles" if "offered_qos_profiles" in known else "''"
+        definitions: dict[str, MessageDefinition] = {}
+        if "message_definitions" in tables:
+            for name, encoding, text in rows(
+                "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions"
+            ):
+                if encoding in _FORMATS:
+                    definitions[name] = MessageDefinition(_FORMATS[encoding], text)
+        counts = dict(rows("SELECT topic_id, count(*) FROM messages GROUP BY topic_id").fetchall())
+        self.connections = [
+            Connection(
+                number,
+                topic,
+                kind,
+                definitions.get(kind, _UNKNOWN),
+                "",
+                counts.get(number, 0),
+                ConnectionExtRosbag2(form, parse_qos(profiles)),
+                self,
+            )
+            for number, topic, kind, form, profiles in rows(
+                f"SELECT id, name, type, serialization_format, {qos} FROM topics ORDER BY id"
+            )
+        ]
+        ((first, last, count),) = rows(
+            "SELECT min(timestamp), max(timestamp), count(*) FROM messages"
+        )
+        first, last = (first, last + 1) if count else (2**63 - 1, 0)
+        length = last - first if count else 0
+        self.metadata = ReaderMetadata(length, first, last, count, None, None, None, None)
+
+
+class _Folder(DirectoryReader):
+    STORAGE_PLUGINS = {"mcap": _Mcap, "sqlite3": _Sqlite}
+
+    def open(self) -> None:
+        check_bag_folder(Path(self.path))
+        super().open()
+
+
+class _Reader(Reader):
+    STORAGE_PLUGINS = {"dir": _Folder, ".mcap": _Mcap, ".db3": _Sqlite}
+
+
+class Bag:
+    """An open bag. start: time of its first message [ns]; kinds: types of its topics by name."""
+
+    def __init__(self, reader: Reader) -> None:
+        self._reader, self.start = reader, reader.start_time
+        self.kinds = {each.topic: each.msgtype for each in reader.connections}
+        # Messages that are packed one by one are unpacked here, with a bound.
+        self._packed = reader.compression_mode == "message"
+        if self._packed:
+            reader.storage.metadata = reader.storage.metadata._replace(compression_mode=None)
+        self._store = get_typestore(Stores.EMPTY)
+        self._standard = get_typestore(Stores.LATEST)
+
+    def messages(self, topic: str) -> Iterator[tuple[int, Any]]:
+        """Time [ns] and content of each message of a topic; raises InputError, and what readers
+        of damaged files raise."""
+        connections = [each for each in self._reader.connections if each.topic == topic]
+        for kind in {each.msgtype: each for each in connections}.values():
+            self._define(kind)
+        for connection, received, raw in self._reader.messages(connections=connections):
+            content = unpacked("zstd", raw, LARGEST_MESSAGE) if self._packed else raw
+            if content is None or len(content) > LARGEST_MESSAGE:
+                raise InputError(
+                    f"has a message of {topic} of more than {LARGEST_MESSAGE >> 20} MiB; name a "
+                    "topic of poses or numbers."
+                )
+            standard = connection.msgtype in self._standard.fielddefs
+            store = self._standard if standard else self._store
+            yield received, store.deserialize_cdr(content, connection.msgtype)
+
+    def _define(self, connection: Connection) -> None:
+        """Take over the definition of a type that ROS 2 does not come with."""
+        kind, definition = connection.msgtype, connection.msgdef
+        known = self._standard.fielddefs
+        if kind in known or kind in self._store.fielddefs:
+            return
+        text = definition.data
+        if definition.format == MessageDefinitionFormat.NONE or len(text) > LARGEST_DESCRIPTION:
+            raise InputError(
+                f"has messages of {kind} ({connection.topic}), which ROS 2 does not know and the "
+                "bag does not define in its languages; name a topic of another type."
+            )
+        found: dict[str, Any] = {}
+        if definition.format == MessageDefinitionFormat.MSG:
+            found |= get_types_from_msg(text, kind)
+        elif text.startswith(f"{_IDL_SEPARATOR}IDL: "):
+            for part in text.split(_IDL_SEPARATOR)[1:]:
+                found |= get_types_from_idl(part.split("\n", 1)[1])
+        else:
+            found |= get_types_from_idl(text)
+        _check_sizes(kind, found)
+        self._store.register(found)
+
+
+def _check_sizes(kind: str, types: dict[str, Any]) -> None:
+    """Raise InputError for types that take long to read, or much memory, for a short message."""
+    entries = 0
+    for _, fields in types.values():
+        entries += len(fields) if fields else _MOST_ENTRIES  # of nothing, any number fit
+        for _, (node, inside) in fields:
+            if node == Nodetype.ARRAY:
+                entries += inside[1]
+    if entries >= _MOST_ENTRIES:
+        raise InputError(
+            f"has messages of {kind}, whose definition has an empty part, or arrays of too many "
+            "entries; name a topic of another type."
+        )
+
+
+@contextmanager
+def opened(file: Path) -> Iterator[Bag]:
+    """A bag's folder or file, open; raises InputError, and what readers of damaged files raise."""
+    with _Reader(file) as reader:
+        yield Bag(reader)
