@@ -117,8 +117,9 @@ def _unknown(function: str, node: ast.Attribute, kind: Any) -> str:
     first = meant.partition(".")[0]
     found = meant if first in fields else deeper.get(meant)
     remedy = f"use {found} (known: {', '.join(fields)})" if found else nearest(node.attr, fields)
+    struct = kind.key.rpartition("__")[2]
     return (
-        f"law uses {ast.unparse(node)} in its function {function}, but {kind.key.rpartition('__')[2]} has no "
+        f"law uses {ast.unparse(node)} in its function {function}, but {struct} has no "
         f"{node.attr}; {remedy}."
     )
 
