@@ -33,6 +33,12 @@ _DEEPEST = 16
 
 _ULOG_HEADER = 16
 
+_OF_DEFINITIONS, _FIRST_OF_DATA, _OF_DATA = "BFIMPQ", "ALC", "IMPQALCDOS"
+"""Kinds of messages that are in a ULog's two sections, and those that begin the second."""
+
+_LONGEST_UNKNOWN = 10_000
+"""Bytes of a message of a kind to come, at most."""
+
 _PIECE = 1 << 20
 
 
@@ -102,23 +108,25 @@ def _file_unpacks_beyond(file: Path) -> bool:
     return False
 
 
-def check_fields(data: bytes) -> None:
-    """Raise InputError for a ULog whose topics have more fields than messages can hold.
+def check_ulog(data: bytes) -> None:
+    """Raise InputError for a ULog with a message that is none, over which its reader may stay for
+    ever, or whose topics have more fields than messages can hold.
 
     What is no ULog is left for its reader to refuse.
     """
     formats: dict[str, list[tuple[str, int]]] = {}
     counted: dict[str, int] = {}
-    at, fields = _ULOG_HEADER, 0
-    while at + 3 <= len(data):
-        size, kind = struct.unpack_from("<HB", data, at)
-        content = data[at + 3 : at + 3 + size]
-        at += 3 + size
-        if kind == ord("F"):
+    fields, known = 0, _OF_DEFINITIONS
+    for kind, size, content in _messages(data):
+        known = _OF_DATA if kind in _FIRST_OF_DATA else known
+        odd = kind == "\0" or size == 0 or size > _LONGEST_UNKNOWN
+        if kind not in known and odd:
+            raise InputError("holds damaged messages; download the log again.")
+        if kind == "F":
             name, _, declared = content.decode("utf-8", "replace").partition(":")
             formats[name] = [_field(each) for each in declared.split(";") if each]
             counted.clear()
-        elif kind == ord("A"):
+        elif kind == "A":
             name = content[3:].decode("utf-8", "replace")
             fields += _count(name, formats, counted, 0)
             if fields > _MOST_FIELDS:
@@ -126,6 +134,23 @@ def check_fields(data: bytes) -> None:
                     "declares topics of more fields than their messages can hold; download the "
                     "log again."
                 )
+
+
+def _messages(data: bytes) -> Iterator[tuple[str, int, bytes]]:
+    """Kind, size and content of each message of a ULog, as its reader meets them: what a crash has
+    appended begins at offsets that the first message tells."""
+    at, ends = _ULOG_HEADER, [len(data)]
+    if data[at + 2 : at + 3] == b"B" and len(data) >= at + 43:
+        offsets = struct.unpack_from("<3Q", data, at + 19)
+        ends = [*(offset for offset in offsets if offset), *ends]
+    for end in ends:
+        while at + 3 <= len(data):
+            size, kind = struct.unpack_from("<HB", data, at)
+            if at + 3 + size > end < len(data):
+                break
+            yield chr(kind), size, data[at + 3 : at + 3 + size]
+            at += 3 + size
+        at = end
 
 
 def _field(declared: str) -> tuple[str, int]:

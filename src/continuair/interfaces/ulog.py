@@ -18,7 +18,7 @@ from continuair import checks
 from continuair.errors import InputError
 from continuair.files import DAMAGE, check_regular, printed, reason, user_path
 from continuair.identification.recording import Recording
-from continuair.interfaces.bounded import check_fields
+from continuair.interfaces.bounded import check_ulog
 from continuair.interfaces.frames import attitude_from_ned, from_frd, from_ned
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, signal
@@ -107,7 +107,7 @@ def _log(file: Path, names: set[str] | None, cut: bool) -> Any:
         data = file.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read ({reason(error)}); give a .ulg file of PX4.") from None
-    check_fields(data)
+    check_ulog(data)
     try:
         # It prints what it finds damaged.
         with contextlib.redirect_stdout(io.StringIO()):
