@@ -119,6 +119,7 @@ CRAFTED: dict[str, Change] = {
     "one model twice": setting("models", ["coupled", "coupled"]),
     "no quantities": setting("quantities", []),
     "unknown quantities": lambda a: a["quantities"].append("no such"),
+    "a quantity of another name": lambda a: a["quantities"].__setitem__(0, "coupled"),
     "quantities without a status": lambda a: a["quantities"].remove("status"),
     "units of 1e12": setting("unit_size", 10**12),
     "units of nothing": setting("unit_size", 0),

@@ -17,6 +17,9 @@ Array = np.ndarray
 TIP_OF_STRAIGHT_ARM = np.diag([1.0, -1.0, -1.0])
 """Axes of the straight arm's tip frame in the arm's axes."""
 
+_LEVEL = 1e-9
+"""Cosine of an angle that is a right one, but for rounding."""
+
 
 def on_body(vehicle: Vehicle) -> Array:
     """Position (..., 3) of the camera in body axes with its arm straight [m]; without arms it is at
@@ -43,14 +46,29 @@ def axes_on_body(vehicle: Vehicle) -> Array:
     return np.asarray(Rotation.from_quat(arm.attitude).as_matrix() @ tip)
 
 
-def facing(vehicle: Vehicle, point: Any, distance: Any) -> tuple[Array, Array]:
-    """UAV position (..., 3) [m] and Euler angles (φ, θ, ψ) with the camera `distance` (...) above a
-    point (..., 3), straight above it and looking down with x along the world's, all arms straight;
-    level for a camera that looks along its tip."""
+def facing(
+    vehicle: Vehicle, point: Any, distance: Any, camera_attitude: Any = None
+) -> tuple[Array, Array]:
+    """UAV position (..., 3) [m] and Euler angles (φ, θ, ψ) with the camera `distance` (...) before
+    a point (..., 3) on its axis, all arms straight.
+
+    camera_attitude (4,): camera axes to world, x y z w; looking straight down with x along the
+    world's by default, level for a camera that looks along its tip. Raises InputError where the
+    UAV would have to be upside down, as for a camera that looks up to look down.
+    """
     axes = axes_on_body(vehicle)
-    turn = TIP_OF_STRAIGHT_ARM @ np.swapaxes(axes, -1, -2)
-    above = np.multiply.outer(distance, [0.0, 0.0, 1.0])
-    at = np.asarray(point) + above - np.einsum("...ij,...j->...i", turn, on_body(vehicle))
+    wanted = TIP_OF_STRAIGHT_ARM
+    if camera_attitude is not None:
+        wanted = Rotation.from_quat(camera_attitude).as_matrix()
+    turn = wanted @ np.swapaxes(axes, -1, -2)
+    if (turn[..., 2, 2] < -_LEVEL).any():
+        raise InputError(
+            f"camera looks along {shown(np.round(axes.reshape(-1, 3, 3)[0, :, 2], 2))} in body "
+            f"axes, but is to look along {shown(np.round(wanted[:, 2], 2))} in the world, for "
+            "which the UAV would be upside down; turn camera.attitude."
+        )
+    back = np.multiply.outer(distance, -wanted[:, 2])
+    at = np.asarray(point) + back - np.einsum("...ij,...j->...i", turn, on_body(vehicle))
     return np.asarray(at), euler_angles(turn)
 
 

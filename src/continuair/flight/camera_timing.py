@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Engine, Start
 from continuair.engine.loop import Loop, Scene, Timing, watch
@@ -67,7 +68,8 @@ def _motion(path: Path, times: bytes) -> Array:
 
 
 def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
-    """Refuse a start from which the camera of a controller that looks misses a point."""
+    """Refuse a start from which the camera of a controller that looks misses a point, or from which
+    the desired image is on the other side."""
     if scenario.controller is None or not scenario.controller.looks:
         return
     layout, corners = engine.layout, scenario.targets[0].points
@@ -79,13 +81,14 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     columns = watched_columns(len(corners))
     image, depth, seen = (watched[:, columns[name]] for name in ("image", "depth", "in_view"))
     if seen.all():
+        _check_side(scenario, Rotation.from_quat(watched[:, columns["camera_attitude"]]))
         return
     run, point = np.argwhere(seen == 0.0)[0]
     named = f"target has point {point}" + (f" of run {run}" if len(log) > 1 else "")
     if depth[run, point] <= 0.0:
         raise InputError(
-            f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start "
-            "above the target, with the camera turned to it."
+            f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start with "
+            "the camera turned to the target."
         )
     camera = engine.vehicle.camera
     focal, centre, size = (
@@ -95,8 +98,26 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     u, v = focal * image[run, 2 * point : 2 * point + 2] + centre
     raise InputError(
         f"{named} out of view at the start, at pixel ({u:.0f}, {v:.0f}) of an image of {size[0]:g} "
-        f"by {size[1]:g}; start nearer to where the camera is to be, or farther above."
+        f"by {size[1]:g}; start nearer to where the camera is to be, or farther away."
     )
+
+
+def _check_side(scenario: Scenario, attitudes: Rotation) -> None:
+    """Raise InputError for a run whose camera has to turn by a right angle or more to see the
+    desired image, as where this is from above and the camera looks up."""
+    looks = attitudes.apply([0.0, 0.0, 1.0])
+    wanted = np.array([target.camera_axis for target in scenario.targets])
+    away = np.flatnonzero(np.einsum("ij,ij->i", looks, np.broadcast_to(wanted, looks.shape)) <= 0.0)
+    if away.size:
+        run = int(away[0])
+        of = f" of run {run}" if len(looks) > 1 else ""
+        along, other = (
+            shown(np.round(each, 2)) for each in (wanted[run % len(wanted)], looks[run])
+        )
+        raise InputError(
+            f"target{of} is to be seen along {along}, but the camera looks along {other} at the "
+            "start; give the target the camera_attitude of the view that is wanted."
+        )
 
 
 def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:

@@ -23,7 +23,7 @@ from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 
 from continuair.errors import InputError
-from continuair.files import check_regular
+from continuair.files import check_regular, printed
 from continuair.interfaces.bounded import (
     LARGEST_DESCRIPTION,
     LARGEST_MESSAGE,
@@ -163,8 +163,8 @@ class Bag:
         text = definition.data
         if definition.format == MessageDefinitionFormat.NONE or len(text) > LARGEST_DESCRIPTION:
             raise InputError(
-                f"has messages of {kind} ({connection.topic}), which ROS 2 does not know and the "
-                "bag does not define in its languages; name a topic of another type."
+                f"has messages of {printed(kind)} ({connection.topic}), which neither ROS 2 nor the "
+                "bag defines; name a topic of another type."
             )
         found: dict[str, Any] = {}
         if definition.format == MessageDefinitionFormat.MSG:
@@ -188,8 +188,8 @@ def _check_sizes(kind: str, types: dict[str, Any]) -> None:
                 entries += inside[1]
     if entries >= _MOST_ENTRIES:
         raise InputError(
-            f"has messages of {kind}, whose definition has an empty part, or arrays of too many "
-            "entries; name a topic of another type."
+            f"has messages of {printed(kind)}, whose definition has an empty part, or arrays of too "
+            "many entries; name a topic of another type."
         )
 
 

@@ -132,7 +132,7 @@ def _messages(bag: Any, topic: Topic) -> _Messages:
 
 def _refused(topic: Topic, message: Any, wanted: str) -> InputError:
     kind = getattr(message, "__msgtype__", type(message).__name__)
-    return InputError(f"{topic} holds messages of {kind}; give a topic of {wanted}.")
+    return InputError(f"{topic} holds messages of {printed(kind)}; give a topic of {wanted}.")
 
 
 def _place(topic: Topic, message: Any) -> Any:
@@ -234,7 +234,9 @@ def _by_name(topic: Topic, message: Any, attribute: str) -> dict[str, float]:
     names = getattr(message, "name", None) or [str(place) for place in range(len(values))]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise InputError(f"{topic} names {twice} twice in one message; publish every joint once.")
+        raise InputError(
+            f"{topic} names {printed(twice)} twice in one message; publish every joint once."
+        )
     if len(names) != len(values):
         raise InputError(
             f"{topic} names {len(names)} joints in one message, whose {attribute} holds "
@@ -249,12 +251,13 @@ def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> 
     if missing:
         raise InputError(
             f"{topic} has no {missing[0]} in one of its messages; name some of "
-            f"{', '.join(numbers)}."
+            f"{shortened(', '.join(numbers), _LONGEST_REASON)}."
         )
     if not topic.fields and len(numbers) > len(names):
         raise InputError(
             f"{topic} holds {len(numbers)} numbers in one message, but {len(names)} in its first; "
-            f"name fields that all have, as in {topic.role}={topic.name}:{','.join(names)}."
+            f"name fields that all have, as in {topic.role}={topic.name}:"
+            f"{shortened(','.join(names), _LONGEST_REASON)}."
         )
     return [numbers[name] for name in names]
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.errors import InputError, shown
@@ -22,8 +23,11 @@ _NOTHING = 1e-9
 DISTANCE = 2.0
 """Distance Z_d at which the camera is to stay [m]: our choice, as the paper prints none."""
 
-# A camera at the tip of a straight arm under a level UAV, looking down: its axes in the world.
-_DOWN = np.diag([1.0, -1.0, -1.0])
+FROM_ABOVE = (1.0, 0.0, 0.0, 0.0)
+"""Attitude of a camera at the tip of a straight arm under a level UAV: it looks down, its x along
+the world's."""
+
+_UNIT_NORM_TOLERANCE = 1e-3
 
 
 @with_known_fields("a target", "give a path and fields by name")
@@ -31,13 +35,16 @@ _DOWN = np.diag([1.0, -1.0, -1.0])
 class Target(Immutable):
     """Feature points about the centroid (n, 3) [m, world axes], and the centroid's path.
 
-    distance: where the camera is to be, above the centroid [m]; from it follows the desired image.
-    Raises InputError.
+    The desired image is what a camera with camera_attitude (4,), camera axes to world, x y z w,
+    sees whose axis goes through the centroid, distance [m] before it: from straight above by
+    default. (0, 0, 0, 1) is that from straight below. The design of gains takes it from `desired`
+    and `depths`. Raises InputError.
     """
 
     path: Path
     points: Any = None
     distance: float = DISTANCE
+    camera_attitude: Any = FROM_ABOVE
 
     def __post_init__(self) -> None:
         if not isinstance(self.path, Path):
@@ -49,24 +56,43 @@ class Target(Immutable):
             raise InputError(
                 f"points is {shown(points)}; give at least 3 points of 3 finite numbers [m]."
             )
-        if not checks.is_number(self.distance) or not rows[:, 2].max() < self.distance:
+        attitude = checks.vector("camera_attitude", self.camera_attitude, 4)
+        norm = np.linalg.norm(attitude)
+        if abs(norm - 1.0) > _UNIT_NORM_TOLERANCE:
+            raise InputError(
+                f"camera_attitude is {shown(self.camera_attitude)}, of norm {norm:.4g}; give a "
+                "unit quaternion x y z w."
+            )
+        object.__setattr__(self, "camera_attitude", checks.frozen(attitude / norm))
+        nearest = 0.0 - (rows @ self._camera_axes)[:, 2].min()
+        if not checks.is_number(self.distance) or not nearest < self.distance:
             raise InputError(
                 f"distance is {shown(self.distance)}; give one [m] that leaves all points of the "
-                f"target below the camera (above {rows[:, 2].max():g})."
+                f"target before the camera (above {nearest:g})."
             )
         object.__setattr__(self, "points", checks.frozen(rows))
         object.__setattr__(self, "distance", float(self.distance))
 
     @property
+    def _camera_axes(self) -> np.ndarray:
+        """Axes (3, 3) of the camera of the desired image in the world, as columns."""
+        return np.asarray(Rotation.from_quat(self.camera_attitude).as_matrix())
+
+    @property
+    def camera_axis(self) -> np.ndarray:
+        """The direction (3,) in which the camera of the desired image looks, world axes."""
+        return self._camera_axes[:, 2]
+
+    @property
     def desired(self) -> np.ndarray:
-        """The desired image (2n,), normalised, from straight above the centroid."""
-        seen = (self.points - [0.0, 0.0, self.distance]) @ _DOWN
+        """The desired image (2n,), normalised."""
+        seen = self.points @ self._camera_axes + [0.0, 0.0, self.distance]
         return (seen[:, :2] / seen[:, 2:]).ravel()
 
     @property
     def depths(self) -> np.ndarray:
         """How far off each point is along the camera's axis in the desired image (n,) [m]."""
-        return np.asarray(self.distance - self.points[:, 2])
+        return np.asarray((self.points @ self._camera_axes)[:, 2] + self.distance)
 
     def check_until(self, end: float) -> None:
         """Raise InputError unless the path, where it is followed beyond its duration until that
@@ -81,6 +107,7 @@ class Target(Immutable):
             "duration": self.path.duration,
             "points": self.points.tolist(),
             "distance": self.distance,
+            "camera_attitude": self.camera_attitude.tolist(),
         }
 
 

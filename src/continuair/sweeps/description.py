@@ -29,6 +29,7 @@ from continuair.sweeps.checksums import LARGEST_FILE
 from continuair.sweeps.contained import read_within
 from continuair.sweeps.design import RESERVED, Design, Variable
 from continuair.sweeps.tables import Base
+from continuair.sweeps.units import MEANINGS
 from continuair.vehicle.fields import is_title
 from continuair.vehicle.vehicle import Vehicle
 
@@ -96,8 +97,8 @@ class Description(BaseModel):
             given = getattr(self, name)
             if len(set(given)) != len(given):
                 raise ValueError(f"{name} holds one name twice")
-        if not {"status", "end_time"} <= set(self.quantities):
-            raise ValueError("quantities holds no status or end_time")
+        if not {"status", "end_time"} <= set(self.quantities) <= set(MEANINGS):
+            raise ValueError(f"quantities is {shown(self.quantities)}")
         if missing := set(VERSIONS) - set(self.versions):
             raise ValueError(f"versions lacks {min(missing)}")
         return self
