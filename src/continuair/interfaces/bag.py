@@ -163,8 +163,8 @@ class Bag:
         text = definition.data
         if definition.format == MessageDefinitionFormat.NONE or len(text) > LARGEST_DESCRIPTION:
             raise InputError(
-                f"has messages of {printed(kind)} ({connection.topic}), which neither ROS 2 nor the "
-                "bag defines; name a topic of another type."
+                f"has messages of {printed(kind)} ({connection.topic}), which neither ROS 2 nor "
+                "the bag defines; name a topic of another type."
             )
         found: dict[str, Any] = {}
         if definition.format == MessageDefinitionFormat.MSG:
@@ -188,8 +188,8 @@ def _check_sizes(kind: str, types: dict[str, Any]) -> None:
                 entries += inside[1]
     if entries >= _MOST_ENTRIES:
         raise InputError(
-            f"has messages of {printed(kind)}, whose definition has an empty part, or arrays of too "
-            "many entries; name a topic of another type."
+            f"has messages of {printed(kind)}, whose definition has an empty part, or arrays of "
+            "too many entries; name a topic of another type."
         )
 
 
