@@ -53,7 +53,7 @@ class _Schemas(dict[int, Any]):
         super().__setitem__(key, schema)
 
 
-class _Mcap(McapReader):
+class _Mcap(McapReader):  # type: ignore[misc]
     def __init__(self, path: Any) -> None:
         super().__init__(path)
         self.schemas = _Schemas()
@@ -64,7 +64,7 @@ class _Mcap(McapReader):
         super().open()
 
 
-class _Sqlite(Sqlite3Reader):
+class _Sqlite(Sqlite3Reader):  # type: ignore[misc]
     def open(self) -> None:
         check_regular("data", Path(self.path))
         super().open()
@@ -112,7 +112,7 @@ class _Sqlite(Sqlite3Reader):
         self.metadata = ReaderMetadata(length, first, last, count, None, None, None, None)
 
 
-class _Folder(DirectoryReader):
+class _Folder(DirectoryReader):  # type: ignore[misc]
     STORAGE_PLUGINS = {"mcap": _Mcap, "sqlite3": _Sqlite}
 
     def open(self) -> None:
@@ -120,7 +120,7 @@ class _Folder(DirectoryReader):
         super().open()
 
 
-class _Reader(Reader):
+class _Reader(Reader):  # type: ignore[misc]
     STORAGE_PLUGINS = {"dir": _Folder, ".mcap": _Mcap, ".db3": _Sqlite}
 
 

@@ -114,6 +114,8 @@ def problem_of(attributes: dict[str, Any]) -> str | None:
         cause = first.get("ctx", {}).get("error")
         if not first["loc"]:
             return str(cause)
+        if first["type"] == "missing":
+            return f"{where} is missing"
         return f"{where} is {shown(first['input'])}"
     except (TypeError, RecursionError) as error:
         return shown(str(error))

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from continuair.errors import InputError
+from continuair.errors import InputError, shortened
 from continuair.files import DAMAGE, printed, reason
 from continuair.memory import check_memory
 from continuair.sweeps import checksums
@@ -42,6 +42,7 @@ NEW = ".new-"
 _PARTIAL = re.compile(r"\d+\.[0-9a-f]{32}\.partial")
 _FOLDERS = ("results/c", "done/c", "design")
 _MOST_NAMED = 8
+_LONGEST_REASON = 120
 
 
 class DamagedStore(InputError):
@@ -305,7 +306,7 @@ def _design_of(path: Path, attributes: dict[str, Any]) -> Design:
     try:
         return design_of(path, attributes)
     except DAMAGE as error:
-        why = " ".join(str(error).split()).rstrip(".")
+        why = shortened(" ".join(str(error).split()).rstrip("."), _LONGEST_REASON)
         raise _damaged(path, "design", why) from None
 
 
