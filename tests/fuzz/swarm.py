@@ -21,8 +21,9 @@ from pathlib import Path
 from tests.fuzz.foreign import KINDS, attempt, samples
 from tests.fuzz.trial import REFUSED, USED, WRONG, attempt_one
 
-LIMIT, PATIENCE = 10, 25
-"""Seconds that a file may take, and after which its process is killed."""
+LIMIT, WAIT, PATIENCE = 10, 60, 90
+"""Seconds of a processor that a file may take, and those by the clock after which it is given up
+and its process killed."""
 
 MEMORY = 1 << 30
 """Bytes that a file may take."""
@@ -99,10 +100,10 @@ def _read(of_samples: Path, folder: Path) -> None:
     print("ready", file=answers, flush=True)
     for line in sys.stdin:
         kind, seed = map(int, line.split())
-        before, begun = _reset_peak(), time.monotonic()
+        before, begun = _reset_peak(), time.process_time()
         tried = partial(attempt, KINDS[kind], of_samples)
-        outcome, said = attempt_one(tried, [kind, seed], folder, LIMIT)
-        took, grown = time.monotonic() - begun, _peak() - before
+        outcome, said = attempt_one(tried, [kind, seed], folder, WAIT)
+        took, grown = time.process_time() - begun, _peak() - before
         if outcome in (USED, REFUSED) and grown > MEMORY:
             outcome, said = WRONG, f"took {grown / 2**30:.2f} GiB"
         if outcome in (USED, REFUSED) and took > LIMIT:
@@ -132,13 +133,17 @@ def main() -> int:
         _read(*given.read)
         return 0
     counts: Counter[tuple[str, str]] = Counter()
-    found = 0
+    found, done = 0, 0
     with tempfile.TemporaryDirectory() as folder:
         for name, seed, outcome, said in swarm(given.count, given.first, Path(folder)):
             counts[name, outcome] += 1
+            done += 1
+            if done % 100 == 0:
+                print(f"\r{done} read, {found} found", end="", file=sys.stderr, flush=True)
             if outcome not in (USED, REFUSED):
                 found += 1
                 print(f"\n{name}, seed {seed}: {outcome}\n{said}", flush=True)
+    print(file=sys.stderr)
     for (name, outcome), count in sorted(counts.items()):
         print(f"{name}: {outcome} {count}")
     return int(found > 0)

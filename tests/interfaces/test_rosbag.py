@@ -363,3 +363,15 @@ def test_a_pipe_in_a_bag_is_refused(name: str) -> None:
     os.mkfifo(name)
     with pytest.raises(ca.InputError):
         ca.read_rosbag("flight", START, NAMED | {"bend": "/arm/bend"})
+
+
+def test_qualities_of_service_are_passed_over() -> None:
+    """Their YAML is deep here, which takes seconds to refuse, for every topic."""
+    import rosbags.rosbag2.reader as of_folders
+    import rosbags.rosbag2.storage_mcap as of_files
+
+    file, before = with_odd("SQLITE3"), (of_folders.parse_qos, of_files.get_qos)
+    with sqlite3.connect(file) as database:
+        database.execute("UPDATE topics SET offered_qos_profiles = ?", ("[" * 3000,))
+    same_as_plain(ca.read_rosbag(file, START, NAMED | {"bend": "/arm/bend"}))
+    assert (of_folders.parse_qos, of_files.get_qos) == before

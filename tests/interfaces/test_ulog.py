@@ -381,3 +381,11 @@ def test_topics_of_more_fields_than_messages_hold_are_refused(declared: str) -> 
     Path("flight.ulg").write_bytes(content[:16] + formats + logged_often + content[16:])
     with pytest.raises(ca.InputError):
         ca.read_ulog("flight.ulg", rotorcraft(), {"bend": BEND})
+
+
+def test_a_topic_without_timestamps_is_refused() -> None:
+    write_ulog(Path("flight.ulg"), logged())
+    content = Path("flight.ulg").read_bytes()
+    Path("flight.ulg").write_bytes(content.replace(b"uint64_t timestamp;", b"uint64_t timestomp;"))
+    with pytest.raises(ca.InputError):
+        ca.read_ulog("flight.ulg", rotorcraft(), {"bend": BEND})

@@ -15,8 +15,8 @@ from rosbags.interfaces import (
     MessageDefinitionFormat,
     Nodetype,
 )
-from rosbags.rosbag2 import Reader, ReaderError
-from rosbags.rosbag2.metadata import ReaderMetadata, parse_qos
+from rosbags.rosbag2 import Reader, ReaderError, reader, storage_mcap
+from rosbags.rosbag2.metadata import ReaderMetadata
 from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
@@ -25,7 +25,7 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from continuair.errors import InputError
 from continuair.files import check_regular, printed
 from continuair.interfaces.bounded import (
-    LARGEST_DESCRIPTION,
+    LARGEST_DEFINITION,
     LARGEST_MESSAGE,
     check_bag_folder,
     check_chunks,
@@ -79,8 +79,6 @@ class _Sqlite(Sqlite3Reader):  # type: ignore[misc]
         tables = {name for (name,) in rows("SELECT name FROM sqlite_master WHERE type='table'")}
         if not {"messages", "topics"} <= tables:
             raise ReaderError(f"Database {self.path} has no messages and topics.")
-        known = {name for _, name, *_ in rows("PRAGMA table_info(topics)")}
-        qos = "offered_qos_profiles" if "offered_qos_profiles" in known else "''"
         definitions: dict[str, MessageDefinition] = {}
         if "message_definitions" in tables:
             for name, encoding, text in rows(
@@ -97,11 +95,11 @@ class _Sqlite(Sqlite3Reader):  # type: ignore[misc]
                 definitions.get(kind, _UNKNOWN),
                 "",
                 counts.get(number, 0),
-                ConnectionExtRosbag2(form, parse_qos(profiles)),
+                ConnectionExtRosbag2(form, []),
                 self,
             )
-            for number, topic, kind, form, profiles in rows(
-                f"SELECT id, name, type, serialization_format, {qos} FROM topics ORDER BY id"
+            for number, topic, kind, form in rows(
+                "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
             )
         ]
         ((first, last, count),) = rows(
@@ -161,7 +159,7 @@ class Bag:
         if kind in known or kind in self._store.fielddefs:
             return
         text = definition.data
-        if definition.format == MessageDefinitionFormat.NONE or len(text) > LARGEST_DESCRIPTION:
+        if definition.format == MessageDefinitionFormat.NONE or len(text) > LARGEST_DEFINITION:
             raise InputError(
                 f"has messages of {printed(kind)} ({connection.topic}), which neither ROS 2 nor "
                 "the bag defines; name a topic of another type."
@@ -196,5 +194,24 @@ def _check_sizes(kind: str, types: dict[str, Any]) -> None:
 @contextmanager
 def opened(file: Path) -> Iterator[Bag]:
     """A bag's folder or file, open; raises InputError, and what readers of damaged files raise."""
-    with _Reader(file) as reader:
-        yield Bag(reader)
+    with _without_qos():
+        found = _Reader(file)
+        found.open()
+    try:
+        yield Bag(found)
+    finally:
+        found.close()
+
+
+@contextmanager
+def _without_qos() -> Iterator[None]:
+    """Open bags without their topics' qualities of service: nothing here asks for them, and the
+    YAML of each topic's may take seconds."""
+    kept = storage_mcap.get_qos, reader.parse_qos
+    setattr(storage_mcap, "get_qos", lambda _: [])  # noqa: B010  # as mypy knows it
+    setattr(reader, "parse_qos", lambda _: [])  # noqa: B010
+    try:
+        yield
+    finally:
+        setattr(storage_mcap, "get_qos", kept[0])  # noqa: B010
+        setattr(reader, "parse_qos", kept[1])  # noqa: B010

@@ -5,13 +5,14 @@ from __future__ import annotations
 import struct
 import sys
 from collections.abc import Iterator
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import IO, Any
 
 from continuair.errors import InputError
 from continuair.files import check_regular
 
 _MAGIC, _CHUNK = b"\x89MCAP0\r\n", 0x06
+_ZSTD = b"\x28\xb5\x2f\xfd"
 
 _LARGEST = 1 << 28
 """Bytes that a chunk may unpack to; writers make chunks of about a megabyte."""
@@ -19,8 +20,11 @@ _LARGEST = 1 << 28
 LARGEST_MESSAGE = 1 << 24
 """Bytes of a message of what is read: poses, wrenches and numbers."""
 
-LARGEST_DESCRIPTION = 1 << 20
-"""Bytes of what describes a bag or a type in it."""
+LARGEST_DEFINITION = 1 << 18
+"""Bytes of the definition of a type in a bag."""
+
+_LARGEST_METADATA = 1 << 19
+"""Bytes of the description of a bag's folder, of which some 60,000 are read in a second."""
 
 _LARGEST_FILE, _LARGEST_RATIO = 1 << 28, 100
 """What a packed file may unpack to: so many bytes, or so many times its own."""
@@ -58,41 +62,30 @@ def check_chunks(file: Path) -> None:
 
 
 def check_bag_folder(folder: Path) -> None:
-    """Raise InputError for a bag's folder whose description is too large, or whose packed files
-    unpack to far more than they hold.
-
-    What is no such folder is left for its reader to refuse.
-    """
-    from ruamel.yaml import YAML
-
-    described = folder / "metadata.yaml"
-    check_regular("data", described)
-    if not described.is_file():
-        return
-    if described.stat().st_size > LARGEST_DESCRIPTION:
-        raise InputError(
-            f"has a metadata.yaml of more than {LARGEST_DESCRIPTION >> 20} MiB; give a bag that "
-            "ROS 2 wrote."
-        )
-    try:
-        told = YAML(typ="safe").load(described.read_text("utf-8"))["rosbag2_bagfile_information"]
-        is_packed = str(told.get("compression_mode")).lower() == "file"
-        names = [PurePath(name).name for name in told["relative_file_paths"]] if is_packed else []
-    except Exception:  # damaged, which its reader tells
-        return
-    for file in (folder / name for name in names):
+    """Raise InputError for a bag's folder with a pipe or device in it, a description that is too
+    large, or files packed as a whole that unpack to far more than they hold."""
+    for file in sorted(folder.iterdir()):
         check_regular("data", file)
         if file.is_file() and _file_unpacks_beyond(file):
             raise InputError(
                 f"has a file that unpacks to more than {_LARGEST_RATIO} times its size; unpack it "
                 "first, if you trust it."
             )
+    described = folder / "metadata.yaml"
+    if described.is_file() and described.stat().st_size > _LARGEST_METADATA:
+        raise InputError(
+            f"has a metadata.yaml of more than {_LARGEST_METADATA >> 10} KiB; give a bag that "
+            "ROS 2 wrote."
+        )
 
 
 def _file_unpacks_beyond(file: Path) -> bool:
     """Whether a file packed as a whole unpacks to more than it may, found piece by piece."""
     most, found = max(_LARGEST_FILE, _LARGEST_RATIO * file.stat().st_size), 0
     with open(file, "rb") as stream:
+        if stream.read(len(_ZSTD)) != _ZSTD:
+            return False
+        stream.seek(0)
         unpack = _decompressor("zstd")
         while data := stream.read(_PIECE):
             while data or not (unpack.eof or unpack.needs_input):

@@ -144,6 +144,8 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
         raise InputError(
             f"{topic} {what}; name some of {known}, as in {topic.role}={topic.name}:FIELD,FIELD."
         )
+    if "timestamp" not in data:
+        raise InputError(f"{topic} has no timestamp; download the log again.")
     stamps = data.get("timestamp_sample", data["timestamp"])
     stamps = stamps if stamps.all() else data["timestamp"]
     time = 1e-6 * (stamps.astype(np.int64) - log.start_timestamp)
