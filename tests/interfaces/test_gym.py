@@ -80,9 +80,9 @@ def test_each_mode_of_autoreset_does_what_gymnasium_does(mode: str) -> None:
             np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6)
         assert found[4].keys() == wanted[4].keys()
         for run in np.flatnonzero(found[4].get("_final_obs", [])):
-            last = [each[4]["final_obs"][run] for each in (found, wanted)]
-            np.testing.assert_allclose(*last, rtol=1e-6, atol=1e-6)
-            assert np.linalg.norm(last[0][:3]) > BOUND
+            last, expected = (each[4]["final_obs"][run] for each in (found, wanted))
+            np.testing.assert_allclose(last, expected, rtol=1e-6, atol=1e-6)
+            assert np.linalg.norm(last[:3]) > BOUND
         if "final_info" in wanted[4]:
             np.testing.assert_array_equal(found[4]["_final_info"], wanted[4]["_final_info"])
         ended += int(found[2].sum())

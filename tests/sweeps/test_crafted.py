@@ -166,6 +166,13 @@ def array(**changes: Any) -> Callable[[Path], None]:
     return change
 
 
+def written(text: str) -> Callable[[Path], None]:
+    def change(store: Path) -> None:
+        (store / MASS / "zarr.json").write_text(text)
+
+    return change
+
+
 def link(name: str, target: str) -> Callable[[Path], None]:
     def change(store: Path) -> None:
         path = store / name
@@ -195,7 +202,7 @@ FILES: dict[str, Callable[[Path], None]] = {
     "an array of text": array(data_type="string"),
     "an array of no shape": array(shape="5"),
     "an array along another dimension": array(dimension_names=["other"]),
-    "an array that is a list": lambda store: (store / MASS / "zarr.json").write_text("[]") and None,
+    "an array that is a list": written("[]"),
     "an array that is missing": lambda store: shutil.rmtree(store / MASS),
     "a pipe as a flag": pipe("done/c/0"),
     "a pipe as results": pipe("results/c/0/0/0"),

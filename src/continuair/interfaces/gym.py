@@ -40,7 +40,8 @@ class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
     """
 
     def __init__(self, vehicle: Any = None, render_mode: None = None, **options: Any) -> None:
-        self.render_mode = _not_rendered(render_mode)
+        _check_not_rendered(render_mode)
+        self.render_mode = None
         self._task = Hovering(1, vehicle, **options)
         self.observation_space, self.action_space = _spaces(self._task)
 
@@ -78,7 +79,8 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         render_mode: None = None,
         **options: Any,
     ) -> None:
-        self.render_mode, self.num_envs = _not_rendered(render_mode), num_envs
+        _check_not_rendered(render_mode)
+        self.render_mode, self.num_envs = None, num_envs
         self._mode = _autoreset_mode(autoreset_mode)
         self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
         self._task, self._longest = Hovering(num_envs, vehicle, **options), max_episode_steps
@@ -129,7 +131,8 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         terminated = found.terminated & ~anew
         truncated = (self._steps >= self._longest) & ~anew
         self._ended = terminated | truncated
-        observation, info = found.observation.astype(np.float32), {}
+        observation = found.observation.astype(np.float32)
+        info: dict[str, Any] = {}
         if self._mode is AutoresetMode.SAME_STEP:
             anew = self._ended.copy()
             for run in np.flatnonzero(anew):
@@ -161,11 +164,12 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
 
     def _seed(self, seeds: Sequence[int | None], which: Array) -> None:
         """Give a generator to environments that are reset and have a seed, or none yet."""
-        made = list(self._randoms) or [None] * self.num_envs
-        for run in np.flatnonzero(which):
-            if seeds[run] is not None or made[run] is None:
-                made[run] = seeding.np_random(seeds[run])[0]
-        self._randoms = made
+        begun = bool(self._randoms)
+        if not begun:
+            self._randoms = [seeding.np_random(each)[0] for each in seeds]
+        for run in np.flatnonzero(which).tolist() if begun else ():
+            if seeds[run] is not None:
+                self._randoms[run] = seeding.np_random(seeds[run])[0]
 
     def _begin(self, which: Array) -> None:
         runs = np.flatnonzero(which)
@@ -173,8 +177,8 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         self._steps[which], self._ended[which] = 0, False
 
 
-def _not_rendered(render_mode: Any) -> None:
-    """Refuse modes of rendering, of which there are none."""
+def _check_not_rendered(render_mode: Any) -> None:
+    """Raise InputError for a mode of rendering, of which there are none."""
     if render_mode is not None:
         raise InputError(
             f"render_mode is {shown(render_mode)}, but these environments render nothing; leave it "

@@ -146,10 +146,10 @@ def design_of(path: Path, attributes: dict[str, Any]) -> Design:
     # A store of format 2 does not name the method that was the only one for long.
     before = {"method": "RK4"} if attributes["continuair_sweep"] == 2 else {}
     base, vehicle = Base(**before | described["base"]), Vehicle(**described["vehicle"])
-    found = Design(base, vehicle, variables, sizes, labels)
-    if list(found.models) != attributes["models"]:
+    made = Design(base, vehicle, variables, sizes, labels)
+    if list(made.models) != attributes["models"]:
         raise ValueError(f"models is {shown(attributes['models'])}")
-    return found
+    return made
 
 
 def _listed(name: str, dims: list[str], values: Any) -> Variable:
@@ -169,7 +169,8 @@ def _stored(path: Path, name: str) -> Variable:
     array = json.loads(metadata or b"null")
     if not isinstance(array, dict):
         raise ValueError(f"{name} is missing")
-    shape, dims = array.get("shape"), array.get("dimension_names")
+    shape: Any = array.get("shape")
+    dims: Any = array.get("dimension_names")
     kind = array.get("data_type")
     whole = isinstance(shape, list) and all(type(size) is int and size > 0 for size in shape)
     named = isinstance(dims, list) and all(isinstance(dim, str) for dim in dims)
