@@ -119,7 +119,8 @@ def attempt(kind: Kind, samples: Path, rng: Rng, folder: Path) -> None:
 
 def check_own(found: Any) -> None:
     """Raise Wrong if what was read holds what is in OUTSIDE."""
-    texts, arrays = [], []
+    texts: list[Any] = []
+    arrays: list[np.ndarray] = []
     if isinstance(found, Recording):
         texts.append(found.name)
         arrays += [each for each in vars(found).values() if isinstance(each, np.ndarray)]

@@ -40,6 +40,9 @@ _FORMATS = {
 _UNKNOWN = MessageDefinition(MessageDefinitionFormat.NONE, "")
 _IDL_SEPARATOR = "=" * 80 + "\n"
 
+_LIMIT_LENGTH = 0
+"""SQLITE_LIMIT_LENGTH: of bytes of a value of a database."""
+
 _MOST_ENTRIES = 1 << 16
 """Of the arrays of a type that a bag defines, in all."""
 
@@ -71,10 +74,8 @@ class _Sqlite(Sqlite3Reader):  # type: ignore[misc]
 
     def _open(self) -> None:
         """As its parent, but for definitions in unknown languages, which are none."""
-        import apsw
-
         assert self.dbconn is not None
-        self.dbconn.limit(apsw.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
+        self.dbconn.limit(_LIMIT_LENGTH, LARGEST_MESSAGE)
         rows = self.dbconn.execute
         tables = {name for (name,) in rows("SELECT name FROM sqlite_master WHERE type='table'")}
         if not {"messages", "topics"} <= tables:
