@@ -62,10 +62,11 @@ def facing(
         wanted = Rotation.from_quat(camera_attitude).as_matrix()
     turn = wanted @ np.swapaxes(axes, -1, -2)
     if (turn[..., 2, 2] < -_LEVEL).any():
+        side = "down" if camera_attitude is None else "so"
         raise InputError(
             f"camera looks along {shown(np.round(axes.reshape(-1, 3, 3)[0, :, 2], 2))} in body "
             f"axes, but is to look along {shown(np.round(wanted[:, 2], 2))} in the world, for "
-            "which the UAV would be upside down; turn camera.attitude."
+            f"which the UAV would be upside down; give it a camera that looks {side} in hover."
         )
     back = np.multiply.outer(distance, -wanted[:, 2])
     at = np.asarray(point) + back - np.einsum("...ij,...j->...i", turn, on_body(vehicle))

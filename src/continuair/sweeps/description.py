@@ -24,7 +24,7 @@ from pydantic import (
     model_validator,
 )
 
-from continuair.errors import shown
+from continuair.errors import shortened, shown
 from continuair.sweeps.checksums import LARGEST_FILE
 from continuair.sweeps.contained import read_within
 from continuair.sweeps.design import RESERVED, Design, Variable
@@ -40,6 +40,7 @@ LARGEST_DESCRIPTION = 1 << 26
 """Bytes of a file of a store's metadata, at most."""
 
 _MOST_RUNS = 1 << 40
+_LONGEST_NAME = 60
 _DTYPES = {"float64": "<f8", "bool": "|b1"}
 
 
@@ -110,7 +111,7 @@ def problem_of(attributes: dict[str, Any]) -> str | None:
         Description(**attributes)
     except ValidationError as error:
         first = error.errors()[0]
-        where = ".".join(map(str, first["loc"][:2])) or "description"
+        where = shortened(".".join(map(str, first["loc"][:2])), _LONGEST_NAME)
         cause = first.get("ctx", {}).get("error")
         if not first["loc"]:
             return str(cause)
