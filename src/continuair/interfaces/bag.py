@@ -161,8 +161,9 @@ class Bag:
             return
         text = definition.data
         if definition.format == MessageDefinitionFormat.NONE or len(text) > LARGEST_DEFINITION:
+            told = printed(str(kind))
             raise InputError(
-                f"has messages of {printed(kind)} ({connection.topic}), which neither ROS 2 nor "
+                f"has messages of {told} ({connection.topic}), which neither ROS 2 nor "
                 "the bag defines; name a topic of another type."
             )
         found: dict[str, Any] = {}
@@ -186,8 +187,9 @@ def _check_sizes(kind: str, types: dict[str, Any]) -> None:
             if node == Nodetype.ARRAY:
                 entries += inside[1]
     if entries >= _MOST_ENTRIES:
+        told = printed(str(kind))
         raise InputError(
-            f"has messages of {printed(kind)}, whose definition has an empty part, or arrays of "
+            f"has messages of {told}, whose definition has an empty part, or arrays of "
             "too many entries; name a topic of another type."
         )
 
