@@ -115,6 +115,8 @@ def _log(file: Path, names: set[str] | None, cut: bool) -> Any:
     except (ULogException, *DAMAGE, struct.error, RecursionError, MemoryError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"is no ULog that can be read ({why}); give a .ulg file of PX4.") from None
+    if log.start_timestamp >= 1 << 63:
+        raise InputError(f"begins at {log.start_timestamp} µs; download the log again.")
     lasts = 1e-6 * (log.last_timestamp - log.start_timestamp)
     if log.file_corruption:
         raise InputError("holds damaged messages; download the log again.")

@@ -220,7 +220,7 @@ def load(file: str | os.PathLike[str] | None = None, *, shipped: str = OPEN_SUMM
             ) from None
     try:
         return _dataset(data)
-    except (*DAMAGE, BadZipFile, zlib.error) as error:
+    except (*DAMAGE, EOFError, BadZipFile, zlib.error) as error:
         raise InputError(
             f"atlas is {printed(file or shipped)}, which is no summary of an atlas "
             f"({shortened(reason(error), _LONGEST_REASON)}); give atlas.npz as continuair atlas "
