@@ -5,12 +5,12 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterable, Iterator
 from hashlib import sha256
-from html import escape
 from importlib import resources
 from typing import Any
 
 from markdown_it import MarkdownIt
 
+from amiri2026.report.html import Html, html, joined
 from amiri2026.report.verdicts import STUDIES, chapters, first_screen
 from continuair.files import DAMAGE
 from continuair.studies import Contents, damaged
@@ -35,6 +35,23 @@ _MARKDOWN = (
 )
 
 
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<title>{title}</title>
+<style>{style}</style></head><body>
+<header><h1>{title}</h1>{made}</header>
+<nav>{links}</nav>
+<main>
+{sections}
+{vehicle}
+</main>
+<script>{script}</script></body></html>
+
+"""
+
+
 def page(contents: Contents) -> str:
     """Return the HTML of a study's results: verdicts, figures, tables, vehicle and command.
 
@@ -46,31 +63,25 @@ def page(contents: Contents) -> str:
         raise damaged(contents.path, error) from None
 
 
-def _page(contents: Contents) -> str:
+def _page(contents: Contents) -> Html:
     title = TITLES.get(contents.study, contents.study)
     if name := contents.results.get("vehicle", {}).get("name"):
         title += f", vehicle {name}"
     style, script = _asset("page.css"), _asset("page.js")
-    return "\n".join(
-        [
-            "<!doctype html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f'<meta http-equiv="Content-Security-Policy" content="{_policy(style, script)}">',
-            f"<title>{escape(title)}</title>",
-            f"<style>{style}</style></head><body>",
-            f"<header><h1>{escape(title)}</h1>{_made(contents)}</header>",
-            f"<nav>{''.join(_links(contents))}</nav>",
-            "<main>",
-            *_sections(contents),
-            _vehicle(contents.results),
-            "</main>",
-            f"<script>{script}</script></body></html>\n",
-        ]
+    return html(
+        _PAGE,
+        policy=_policy(style, script),
+        title=title,
+        style=style,
+        made=_made(contents),
+        links=joined(_links(contents)),
+        sections=joined(_sections(contents), "\n"),
+        vehicle=_vehicle(contents.results),
+        script=script,
     )
 
 
-def _sections(contents: Contents) -> Iterator[str]:
+def _sections(contents: Contents) -> Iterator[Html]:
     if contents.study != "paper":
         yield _study(contents)
         for part in contents.parts:
@@ -79,8 +90,8 @@ def _sections(contents: Contents) -> Iterator[str]:
     yield first_screen(contents.results, _rendered)
     parts = {part.study: part for part in contents.parts}
 
-    def figures(study: str, names: tuple[str, ...] | None) -> str:
-        return _figures(parts[study], names) if study in parts else ""
+    def figures(study: str, names: tuple[str, ...] | None) -> Html:
+        return _figures(parts[study], names) if study in parts else Html()
 
     yield from chapters(contents.results, figures)
     judged = {entry["id"].partition(".")[0] for entry in contents.results["sentences"]}
@@ -96,59 +107,61 @@ def _in_a_chapter(judged: set[str], study: str, figure: str) -> bool:
     return any(names is None or figure in names for names in listed)
 
 
-def _study(contents: Contents, figures: list[str] | None = None) -> str:
+def _study(contents: Contents, figures: list[str] | None = None) -> Html:
     """Return the section of a study: its figures, or those named, and its tables."""
-    title = TITLES.get(contents.study, contents.study)
-    return "\n".join(
-        [
-            f'<section id="{escape(contents.study)}"><h2>{escape(title)}</h2>{_made(contents)}',
-            _figures(contents, figures),
-            "<details open><summary>Tables</summary>",
-            _rendered(_without_title(contents.table)),
-            "</details></section>",
-        ]
+    return html(
+        '<section id="{study}"><h2>{title}</h2>{made}\n{figures}\n<details open>'
+        "<summary>Tables</summary>\n{tables}\n</details></section>",
+        study=contents.study,
+        title=TITLES.get(contents.study, contents.study),
+        made=_made(contents),
+        figures=_figures(contents, figures),
+        tables=_rendered(_without_title(contents.table)),
     )
 
 
-def _figures(contents: Contents, names: Iterable[str] | None) -> str:
+def _figures(contents: Contents, names: Iterable[str] | None) -> Html:
     """Return the figures of a study, or those named."""
     wanted = contents.figures if names is None else names
-    return "\n".join(
-        _figure(name, contents.figures[name].suffix, contents.figures[name].read_bytes())
-        for name in wanted
-        if name in contents.figures
+    return joined(
+        (
+            _figure(name, contents.figures[name].suffix, contents.figures[name].read_bytes())
+            for name in wanted
+            if name in contents.figures
+        ),
+        "\n",
     )
 
 
-def _figure(name: str, suffix: str, content: bytes) -> str:
-    kind = {".svg": "image/svg+xml", ".png": "image/png"}[suffix]
-    data = base64.b64encode(content).decode("ascii")
-    label = escape(name.replace("_", " "))
-    return f'<figure><img alt="{label}" src="data:{kind};base64,{data}"></figure>'
-
-
-def _made(contents: Contents) -> str:
-    by = f"<p>Made by continuair {escape(contents.version)}"
-    again = f"; again with <code>{escape(contents.command)}</code>" if contents.command else ""
-    return f"{by}{again}.</p>"
-
-
-def _links(contents: Contents) -> Iterator[str]:
-    shown = [contents, *contents.parts]
-    for one in shown:
-        title = TITLES.get(one.study, one.study)
-        yield f'<a href="#{escape(one.study)}">{escape(title)}</a> '
-    yield '<a href="#vehicle">Vehicle</a>'
-
-
-def _vehicle(results: dict[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>"
-        for name, value in _fields("", results.get("vehicle", {}))
+def _figure(name: str, suffix: str, content: bytes) -> Html:
+    return html(
+        '<figure><img alt="{label}" src="data:{kind};base64,{data}"></figure>',
+        label=name.replace("_", " "),
+        kind={".svg": "image/svg+xml", ".png": "image/png"}[suffix],
+        data=base64.b64encode(content).decode("ascii"),
     )
-    return (
-        f'<section id="vehicle"><h2>Vehicle</h2><table><thead><tr><th>field</th><th>value</th></tr>'
-        f"</thead><tbody>{rows}</tbody></table></section>"
+
+
+def _made(contents: Contents) -> Html:
+    again = html("; again with <code>{}</code>", contents.command) if contents.command else ""
+    return html("<p>Made by continuair {}{}.</p>", contents.version, again)
+
+
+def _links(contents: Contents) -> Iterator[Html]:
+    for one in (contents, *contents.parts):
+        yield html('<a href="#{}">{}</a> ', one.study, TITLES.get(one.study, one.study))
+    yield Html('<a href="#vehicle">Vehicle</a>')
+
+
+def _vehicle(results: dict[str, Any]) -> Html:
+    rows = joined(
+        html("<tr><td>{}</td><td>{}</td></tr>", *each)
+        for each in _fields("", results.get("vehicle", {}))
+    )
+    return html(
+        '<section id="vehicle"><h2>Vehicle</h2><table><thead><tr><th>field</th><th>value</th></tr>'
+        "</thead><tbody>{}</tbody></table></section>",
+        rows,
     )
 
 
@@ -160,12 +173,12 @@ def _fields(prefix: str, value: Any) -> Iterator[tuple[str, str]]:
         yield prefix, str(value)
 
 
-def _rendered(markdown: str) -> str:
+def _rendered(markdown: str) -> Html:
     """Return Markdown as HTML; classes align columns, as the policy allows no inline styles."""
-    html: str = _MARKDOWN.render(markdown)
+    found: str = _MARKDOWN.render(markdown)
     for side in ("left", "center", "right"):
-        html = html.replace(f' style="text-align:{side}"', f' class="{side}"')
-    return html
+        found = found.replace(f' style="text-align:{side}"', f' class="{side}"')
+    return Html(found)
 
 
 def _without_title(markdown: str) -> str:
@@ -173,14 +186,14 @@ def _without_title(markdown: str) -> str:
     return rest if first.startswith("# ") else markdown
 
 
-def _policy(style: str, script: str) -> str:
+def _policy(style: str, script: str) -> Html:
     """Return the content security policy: no external resources, and only these inline texts."""
     style, script = (
         "'sha256-" + base64.b64encode(sha256(text.encode()).digest()).decode() + "'"
         for text in (style, script)
     )
-    return f"default-src 'none'; img-src data:; style-src {style}; script-src {script}"
+    return Html(f"default-src 'none'; img-src data:; style-src {style}; script-src {script}")
 
 
-def _asset(name: str) -> str:
-    return resources.files("amiri2026.report").joinpath(name).read_text("utf-8")
+def _asset(name: str) -> Html:
+    return Html(resources.files("amiri2026.report").joinpath(name).read_text("utf-8"))
