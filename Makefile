@@ -35,6 +35,7 @@ verify: $(VENV)/installed-test-oracles
 MINUTES ?= 60
 soak: $(VENV)/installed-test
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.soak --minutes $(MINUTES) --out docs/explanation/soak.md
+	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.swarm --count 20000
 	OMP_NUM_THREADS=1 $(BIN)/pytest -q -m slow
 
 bench: $(VENV)/installed-test-oracles

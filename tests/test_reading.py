@@ -14,7 +14,7 @@ import continuair as ca
 from amiri2026 import open_loop_test
 from continuair.flight import simulate
 from continuair.flight.provenance import model_of
-from continuair.flight.reading import scenario_of, vehicle_of
+from continuair.flight.reading import scenario_of, vehicle_of, vehicles_of
 
 BATCHES: dict[str, dict[str, Any]] = {
     "paper": {"arm.length": [0.5, 1.0, 1.5], "uav.inertia": np.tile(0.05 * np.eye(3), (3, 1, 1))},
@@ -136,3 +136,12 @@ def test_results_that_do_not_fit_into_memory_are_refused_before_work_starts() ->
     with pytest.raises(ca.InputError, match="GB are free"):
         ca.simulate(vehicles, long, sample=1e-2)
     assert time.perf_counter() - start < 60.0
+
+
+def test_a_result_whose_attributes_are_no_utf_8_is_read() -> None:
+    """As files of others may be; what they say of the vehicle is none."""
+    scenario = ca.Scenario("fall", [0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0], duration=0.02)
+    flight = ca.simulate(ca.load_vehicle("paper"), scenario, sample=2e-3)
+    broken = flight.assign_attrs(vehicle=flight.attrs["vehicle"] + "\udcff")
+    assert vehicles_of(broken) == []
+    assert scenario_of(broken) == {}

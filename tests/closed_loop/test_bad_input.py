@@ -40,7 +40,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "behind": (
         lambda: fly(target=still(0.0, z=3.0)),
         "target has point 0 behind the camera at the start (depth -0.8",
-        "above the target",
+        "facing the target",
     ),
     "out of view": (
         lambda: fly(target=still(1.6)),
@@ -279,12 +279,12 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     "target distance": (
         lambda: ca.Target(ca.paths.hold(), distance=-1.0),
         "distance is -1.0",
-        "below the camera",
+        "in front of the camera",
     ),
     "target distance flag": (
         lambda: ca.Target(ca.paths.hold(), distance=True),
         "distance is True",
-        "below the camera",
+        "in front of the camera",
     ),
     "not a controller": (lambda: fly("hold"), "controller is 'hold'", "continuair.controllers"),
     "DOP853": (lambda: fly(method="DOP853"), "method is 'DOP853'", "Tsit5"),

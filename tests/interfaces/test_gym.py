@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -60,6 +63,141 @@ def test_an_episode_is_cut_off_after_its_steps_and_begins_anew() -> None:
     again, reward, _, truncated, _ = env.step(hover)
     np.testing.assert_array_equal(again, first)
     assert not reward.any() and not truncated.any()
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_each_mode_of_autoreset_does_what_gymnasium_does(mode: str) -> None:
+    """Observations, rewards, ends and last observations; Gymnasium steps single environments."""
+    mine = vector(4, autoreset_mode=mode)
+    theirs = vector(4, vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode})
+    assert mine.metadata["autoreset_mode"] is theirs.metadata["autoreset_mode"]
+    mine.reset(seed=5), theirs.reset(seed=5)
+    actions = np.random.default_rng(2).uniform(-1.0, 1.0, (100, *mine.action_space.shape))
+    ended = 0
+    for action in actions.astype(np.float32):
+        found, wanted = mine.step(action), theirs.step(action)
+        for one, other in zip(found[:4], wanted[:4], strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6)
+        assert found[4].keys() == wanted[4].keys()
+        for run in np.flatnonzero(found[4].get("_final_obs", [])):
+            last, expected = (each[4]["final_obs"][run] for each in (found, wanted))
+            np.testing.assert_allclose(last, expected, rtol=1e-6, atol=1e-6)
+            assert np.linalg.norm(last[:3]) > BOUND
+        if "final_info" in wanted[4]:
+            np.testing.assert_array_equal(found[4]["_final_info"], wanted[4]["_final_info"])
+        ended += int(found[2].sum())
+    assert ended >= 4
+
+
+def test_without_autoreset_ended_episodes_are_reset_by_a_mask() -> None:
+    env = vector(2, autoreset_mode="Disabled", max_episode_steps=3)
+    env.reset(seed=0)
+    for _ in range(3):
+        seen, _, terminated, truncated, _ = env.step(_hover_action(ONE_SECTION, 2))
+    assert truncated.all()
+    with pytest.raises(ca.InputError):
+        env.step(_hover_action(ONE_SECTION, 2))
+    again, _ = env.reset(options={"reset_mask": terminated | truncated})
+    assert not np.array_equal(again, seen)
+    assert not env.step(_hover_action(ONE_SECTION, 2))[3].any()
+
+
+def test_a_mask_resets_its_environments_and_leaves_the_others_as_they_are() -> None:
+    env, same = vector(3), vector(3)
+    mask = np.array([False, True, False])
+    for each in (env, same):
+        each.reset(seed=1)
+        for _ in range(5):
+            before = each.step(_hover_action(ONE_SECTION, 3))[0]
+    after, _ = env.reset(options={"reset_mask": mask}, seed=[None, 40, None])
+    np.testing.assert_array_equal(after[~mask], before[~mask])
+    np.testing.assert_array_equal(after[1], gymnasium_start(40))
+    stepped, expected = (each.step(_hover_action(ONE_SECTION, 3))[0] for each in (env, same))
+    np.testing.assert_array_equal(stepped[~mask], expected[~mask])
+    # Only the step count of what was reset begins anew.
+    for _ in range(500 - 6):
+        truncated = env.step(_hover_action(ONE_SECTION, 3))[3]
+        assert not truncated[1]
+    # Without a seed, the generators go on: another start.
+    later, _ = env.reset(options={"reset_mask": mask})
+    assert not np.array_equal(later[1], after[1])
+
+
+def gymnasium_start(seed: int) -> Array:
+    found: Array = gymnasium.make(HOVER, vehicle=ONE_SECTION).reset(seed=seed)[0]
+    return found
+
+
+def test_a_masked_reset_takes_back_the_reset_of_the_next_step() -> None:
+    env = vector(2, max_episode_steps=2)
+    env.reset(seed=0)
+    for _ in range(2):
+        _, _, _, truncated, _ = env.step(_hover_action(ONE_SECTION, 2))
+    assert truncated.all()
+    begun, _ = env.reset(options={"reset_mask": np.array([True, False])})
+    stepped, reward, *_ = env.step(_hover_action(ONE_SECTION, 2))
+    assert reward[0] > 0.0 and reward[1] == 0.0
+    assert not np.array_equal(stepped[0], begun[0])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"mask": np.array([True, False])},
+        {"reset_mask": [True, False]},
+        {"reset_mask": np.array([1, 0])},
+        {"reset_mask": np.array([True])},
+        {"reset_mask": np.array([False, False])},
+    ],
+)
+def test_options_of_a_reset_that_mean_nothing_are_refused(options: dict[str, Any]) -> None:
+    env = vector(2)
+    env.reset(seed=0)
+    with pytest.raises(ca.InputError, match=next(iter(options))):
+        env.reset(options=options)
+    one = gymnasium.make(HOVER, vehicle=ONE_SECTION, disable_env_checker=True)
+    with pytest.raises(ca.InputError, match=next(iter(options))):
+        one.reset(options=options)
+
+
+def test_a_mask_before_the_first_reset_is_refused() -> None:
+    with pytest.raises(ca.InputError, match="reset_mask"):
+        vector(2).reset(options={"reset_mask": np.array([True, False])})
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_copy_continues_as_the_original_does(copied: Callable[[Any], Any], count: int) -> None:
+    env: Any = vector(3) if count == 3 else gymnasium.make(HOVER, vehicle=ONE_SECTION)
+    env.reset(seed=4)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (60, *env.action_space.shape))
+    for action in actions[:5]:
+        env.step(action)
+    other = copied(env)
+
+    def flown(each: Any) -> list[Any]:
+        """Steps, and where an episode ends, also starts that are drawn."""
+        rows = []
+        for action in actions:
+            seen, reward, terminated, *_ = each.step(action)
+            rows.append(np.append(np.ravel(seen), reward))
+            if count == 1 and terminated:
+                rows.append(each.reset()[0])
+        return rows
+
+    for one, same in zip(flown(env), flown(other), strict=True):
+        np.testing.assert_array_equal(one, same)
+
+
+def test_modes_of_rendering_are_refused() -> None:
+    for mode in ("rgb_array", "human"):
+        with pytest.raises(ca.InputError, match="render_mode"):
+            gymnasium.make_vec(HOVER, num_envs=2, vehicle=ONE_SECTION, render_mode=mode)
+        with (
+            pytest.raises(ca.InputError, match="render_mode"),
+            pytest.warns(UserWarning, match="render"),
+        ):
+            gymnasium.make(HOVER, vehicle=ONE_SECTION, render_mode=mode)
 
 
 def test_a_seed_makes_the_same_start_and_another_another() -> None:

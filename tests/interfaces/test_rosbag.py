@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import re
+import shutil
+import sqlite3
 import struct
 from pathlib import Path
 from typing import Any
@@ -236,3 +240,138 @@ def test_a_small_file_whose_chunk_unpacks_to_a_gigabyte_is_refused(tmp_path: Pat
     (tmp_path / "bomb.mcap").write_bytes(b"\x89MCAP0\r\n" + records + b"\x89MCAP0\r\n")
     with pytest.raises(ca.InputError, match="bomb.mcap.* chunk that unpacks to more than"):
         ca.read_rosbag(tmp_path / "bomb.mcap", rotorcraft(), {"pose": "/pose", "tip": "/tip"})
+
+
+ODD = "odd_msgs/msg/Odd"
+"""A type that ROS 2 does not come with, of a topic that nobody asks for."""
+
+
+def with_odd(plugin: str, definition: str = "float64 oddity\n", **how: Any) -> Path:
+    """A bag with a topic of a type of its own beside the others."""
+    from rosbags.rosbag2 import Reader, StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    write_bag(Path("plain"), TOPICS, plugin="MCAP")
+    writer = Writer("flight", version=9, storage_plugin=StoragePlugin[plugin])
+    if how:
+        writer.set_compression(**how)
+    with writer, Reader("plain") as reader:
+        odd = get_typestore(Stores.ROS2_HUMBLE)
+        odd.register(get_types_from_msg(definition, ODD))
+        known = {
+            each.topic: writer.add_connection(each.topic, each.msgtype, typestore=odd)
+            for each in reader.connections
+        }
+        other = writer.add_connection("/odd", ODD, typestore=odd)
+        for connection, stamp, raw in reader.messages():
+            writer.write(known[connection.topic], stamp, raw)
+            writer.write(other, stamp, bytes([0, 1, 0, 0]) + bytes(16))
+    return next(Path("flight").glob("*.mcap*" if plugin == "MCAP" else "*.db3"))
+
+
+def same_as_plain(found: Recording) -> None:
+    plain = ca.read_rosbag("plain", START, NAMED | {"bend": "/arm/bend"})
+    for name in ("time", "position", "attitude", "bend", "inputs"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(plain, name))
+
+
+@pytest.mark.parametrize("of_folder", [True, False])
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b"ros2msg", b"rosxmsg"),  # a language of types that nobody knows
+        (b"float64 oddity", b"float64 [[[[[["),  # a type that is none
+        (b"float64 oddity", b"other/X oddity"),  # of another that is not there
+    ],
+)
+@pytest.mark.parametrize("plugin", ["MCAP", "SQLITE3"])
+def test_a_topic_that_nobody_asks_for_may_be_of_any_type(
+    plugin: str, old: bytes, new: bytes, of_folder: bool
+) -> None:
+    file = with_odd(plugin)
+    if plugin == "MCAP":
+        content = file.read_bytes()
+        if old == b"ros2msg":  # of the odd type alone
+            old = struct.pack("<I", len(ODD)) + ODD.encode() + struct.pack("<I", 7) + old
+            new = old[:-7] + new
+        assert old in content
+        file.write_bytes(content.replace(old, new))
+    else:
+        column = "encoding" if old == b"ros2msg" else "encoded_message_definition"
+        with sqlite3.connect(file) as database:
+            database.execute(
+                f"UPDATE message_definitions SET {column} = replace({column}, ?, ?) "
+                "WHERE topic_type = ?",
+                (old.decode(), new.decode(), ODD),
+            )
+    same_as_plain(
+        ca.read_rosbag("flight" if of_folder else file, START, NAMED | {"bend": "/arm/bend"})
+    )
+    with pytest.raises(ca.InputError):
+        ca.read_rosbag(file, START, NAMED | {"bend": "/odd"})
+
+
+def test_a_type_of_its_own_is_read_where_the_bag_defines_it() -> None:
+    with_odd("MCAP", "float64[2] data\n")
+    found = ca.read_rosbag("flight", START, NAMED | {"bend": "/odd"})
+    assert not found.bend.any()
+
+
+@pytest.mark.parametrize("mode", ["FILE", "MESSAGE", "STORAGE"])
+def test_packed_bags_are_read(mode: str) -> None:
+    from rosbags.rosbag2.enums import CompressionFormat, CompressionMode
+
+    packing = {"mode": CompressionMode[mode], "fmt": CompressionFormat.ZSTD}
+    with_odd("MCAP", **packing)
+    same_as_plain(ca.read_rosbag("flight", START, NAMED | {"bend": "/arm/bend"}))
+
+
+@pytest.mark.parametrize("mode", ["file", "message"])
+def test_packed_bags_that_unpack_to_gigabytes_are_refused(mode: str) -> None:
+    from backports import zstd
+
+    bomb = zstd.compress(bytes(1 << 29))
+    file = with_odd("SQLITE3")
+    described = Path("flight/metadata.yaml")
+    text = re.sub("compression_format: .*", "compression_format: zstd", described.read_text())
+    described.write_text(re.sub("compression_mode: .*", f"compression_mode: {mode}", text))
+    if mode == "file":
+        file.write_bytes(bomb)
+    else:
+        with sqlite3.connect(file) as database:
+            database.execute("UPDATE messages SET data = ?", (bomb,))
+    with pytest.raises(ca.InputError):
+        ca.read_rosbag("flight", START, NAMED | {"bend": "/arm/bend"})
+
+
+def test_types_of_endless_messages_are_refused() -> None:
+    for definition in ("Nothing[] x\n" + "=" * 80 + "\nMSG: odd_msgs/Nothing\n",
+                       "float64[100000000] data\n"):  # fmt: skip
+        with pytest.raises(ca.InputError):
+            try:
+                with_odd("MCAP", definition)
+                ca.read_rosbag("flight", START, NAMED | {"bend": "/odd"})
+            finally:
+                for each in ("flight", "plain"):
+                    shutil.rmtree(each, ignore_errors=True)
+
+
+@pytest.mark.parametrize("name", ["flight/metadata.yaml", "flight/flight.mcap"])
+def test_a_pipe_in_a_bag_is_refused(name: str) -> None:
+    write_bag(Path("flight"), TOPICS)
+    Path(name).unlink()
+    os.mkfifo(name)
+    with pytest.raises(ca.InputError):
+        ca.read_rosbag("flight", START, NAMED | {"bend": "/arm/bend"})
+
+
+def test_qualities_of_service_are_passed_over() -> None:
+    """Their YAML is deep here, which takes seconds to refuse, for every topic."""
+    import rosbags.rosbag2.reader as of_folders
+    import rosbags.rosbag2.storage_mcap as of_files
+
+    file, before = with_odd("SQLITE3"), (of_folders.parse_qos, of_files.get_qos)
+    with sqlite3.connect(file) as database:
+        database.execute("UPDATE topics SET offered_qos_profiles = ?", ("[" * 3000,))
+    same_as_plain(ca.read_rosbag(file, START, NAMED | {"bend": "/arm/bend"}))
+    assert (of_folders.parse_qos, of_files.get_qos) == before

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -205,7 +206,7 @@ def test_a_window_in_flight_gives_the_vehicle_whose_rotors_turned_before_it() ->
 
 def test_of_several_instances_of_a_topic_the_first_is_taken_and_the_others_are_told_of() -> None:
     time, bend = (topics := logged())["debug_array"]
-    with pytest.warns(ca.ContinuairWarning, match=r"bend \(debug_array\) .* takes 0 and ignores 1"):
+    with pytest.warns(ca.ContinuairWarning, match=r"debug_array\) has the instances 0, 1; takes 0"):
         found = read({"debug_array 1": (time, {"data": 9.0 * bend["data"]}), **topics})
     np.testing.assert_array_equal(found.bend, read().bend)
 
@@ -349,3 +350,42 @@ def test_positions_that_px4_says_are_none_are_refused(flag: str, bad: int) -> No
     flags[len(flags) // 2] = bad
     with pytest.raises(ca.InputError, match=rf"{flag} is {bad}"):
         read(topics | {"vehicle_local_position": (time, {**place, flag: flags})})
+
+
+def test_an_instance_of_a_topic_is_taken_by_its_number(recwarn: pytest.WarningsRecorder) -> None:
+    time, bend = (topics := logged())["debug_array"]
+    topics["debug_array 1"] = time, {"data": bend["data"] + 0.5}
+    write_ulog(Path("flight.ulg"), topics)
+
+    def bends(name: str) -> np.ndarray:
+        named = {"bend": f"{name}:data[0],data[1]"}
+        return ca.read_ulog("flight.ulg", rotorcraft(), named).bend
+
+    first, second = bends("debug_array.0"), bends("debug_array.1")
+    np.testing.assert_allclose(second, first + 0.5, atol=1e-6)
+    assert not recwarn.list
+    with pytest.raises(ca.InputError, match="debug_array.2"):
+        bends("debug_array.2")
+
+
+@pytest.mark.parametrize("declared", ["float[65535] x", "bomb x", "wide[65535] x"])
+def test_topics_of_more_fields_than_messages_hold_are_refused(declared: str) -> None:
+    write_ulog(Path("flight.ulg"), logged())
+    content = Path("flight.ulg").read_bytes()
+
+    def message(kind: str, payload: bytes) -> bytes:
+        return struct.pack("<HB", len(payload), ord(kind)) + payload
+
+    formats = message("F", b"wide:float[65535] x;") + message("F", f"bomb:{declared};".encode())
+    logged_often = b"".join(message("A", struct.pack("<BH", 0, n) + b"bomb") for n in range(20, 60))
+    Path("flight.ulg").write_bytes(content[:16] + formats + logged_often + content[16:])
+    with pytest.raises(ca.InputError):
+        ca.read_ulog("flight.ulg", rotorcraft(), {"bend": BEND})
+
+
+def test_a_topic_without_timestamps_is_refused() -> None:
+    write_ulog(Path("flight.ulg"), logged())
+    content = Path("flight.ulg").read_bytes()
+    Path("flight.ulg").write_bytes(content.replace(b"uint64_t timestamp;", b"uint64_t timestomp;"))
+    with pytest.raises(ca.InputError):
+        ca.read_ulog("flight.ulg", rotorcraft(), {"bend": BEND})

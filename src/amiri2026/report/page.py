@@ -6,13 +6,14 @@ import base64
 import re
 from collections.abc import Iterable, Iterator
 from hashlib import sha256
-from html import escape, unescape
+from html import unescape
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
 from markdown_it import MarkdownIt
 
+from amiri2026.report.html import Html, html, joined
 from amiri2026.report.verdicts import STUDIES, chapters, first_screen
 from continuair.files import DAMAGE
 from continuair.studies import Contents, damaged
@@ -44,6 +45,23 @@ _MARKDOWN = (
 )
 
 
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<title>{title}</title>
+<style>{style}</style></head><body>
+<header><h1>{title}</h1>{made}</header>
+<nav>{links}</nav>
+<main>
+{sections}
+{vehicle}
+</main>
+<script>{script}</script></body></html>
+
+"""
+
+
 def page(contents: Contents) -> str:
     """Return the HTML of a study's results: verdicts, figures, tables, vehicle and command.
 
@@ -55,31 +73,25 @@ def page(contents: Contents) -> str:
         raise damaged(contents.path, error) from None
 
 
-def _page(contents: Contents) -> str:
+def _page(contents: Contents) -> Html:
     title = TITLES.get(contents.study, contents.study)
     if name := contents.results.get("vehicle", {}).get("name"):
         title += f", vehicle {name}"
     style, script = _asset("page.css"), _asset("page.js")
-    return "\n".join(
-        [
-            "<!doctype html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f'<meta http-equiv="Content-Security-Policy" content="{_policy(style, script)}">',
-            f"<title>{escape(title)}</title>",
-            f"<style>{style}</style></head><body>",
-            f"<header><h1>{escape(title)}</h1>{_made(contents)}</header>",
-            f"<nav>{''.join(_links(contents))}</nav>",
-            "<main>",
-            *_sections(contents),
-            _vehicle(contents.results),
-            "</main>",
-            f"<script>{script}</script></body></html>\n",
-        ]
+    return html(
+        _PAGE,
+        policy=_policy(style, script),
+        title=title,
+        style=style,
+        made=_made(contents),
+        links=joined(_links(contents)),
+        sections=joined(_sections(contents), "\n"),
+        vehicle=_vehicle(contents.results),
+        script=script,
     )
 
 
-def _sections(contents: Contents) -> Iterator[str]:
+def _sections(contents: Contents) -> Iterator[Html]:
     if contents.study != "paper":
         yield _study(contents, made=False)
         for part in contents.parts:
@@ -88,8 +100,8 @@ def _sections(contents: Contents) -> Iterator[str]:
     yield first_screen(contents.results, _rendered)
     parts = {part.study: part for part in contents.parts}
 
-    def figures(study: str, names: tuple[str, ...] | None) -> str:
-        return _figures(parts[study], names) if study in parts else ""
+    def figures(study: str, names: tuple[str, ...] | None) -> Html:
+        return _figures(parts[study], names) if study in parts else Html()
 
     yield from chapters(contents.results, figures)
     judged = {entry["id"].partition(".")[0] for entry in contents.results["sentences"]}
@@ -105,42 +117,42 @@ def _in_a_chapter(judged: set[str], study: str, figure: str) -> bool:
     return any(names is None or figure in names for names in listed)
 
 
-def _study(contents: Contents, figures: list[str] | None = None, made: bool = True) -> str:
-    """The section of a study: its summary, its figures, or those named, and its tables.
+def _study(contents: Contents, figures: list[str] | None = None, made: bool = True) -> Html:
+    """Return the section of a study: its summary, its figures, or those named, and its tables.
 
-    made: tells what made it, as the head of a page of its own does already.
+    made: whether to say what made it, as the head of a page of its own does already.
     """
-    title = TITLES.get(contents.study, contents.study)
     names = list(contents.figures) if figures is None else figures
     shown = sorted(names, key=lambda name: _PLACES.get(name, _BETWEEN))
-    return "\n".join(
-        [
-            f'<section id="{escape(contents.study)}"><h2>{escape(title)}</h2>',
-            _summary(contents, shown),
-            _made(contents) if made else "",
-            _figures(contents, shown),
-            "<details open><summary>Tables</summary>",
-            _rendered(_without_title(contents.table)),
-            "</details></section>",
-        ]
+    return html(
+        '<section id="{study}"><h2>{title}</h2>{summary}{made}\n{figures}\n<details open>'
+        "<summary>Tables</summary>\n{tables}\n</details></section>",
+        study=contents.study,
+        title=TITLES.get(contents.study, contents.study),
+        summary=_summary(contents, shown),
+        made=_made(contents) if made else "",
+        figures=_figures(contents, shown),
+        tables=_rendered(_without_title(contents.table)),
     )
 
 
-def _summary(contents: Contents, names: list[str]) -> str:
-    """The verdict of a study, and the titles of its figures, which lead to them."""
+def _summary(contents: Contents, names: list[str]) -> Html:
+    """Return the verdict of a study, and the titles of its figures as links to them."""
     verdict = contents.results.get("verdict")
-    told = f"<p><b>{escape(verdict)}</b></p>" if isinstance(verdict, str) else ""
-    # Of figures that say the same, the first.
+    found = html("<p><b>{}</b></p>", verdict) if isinstance(verdict, str) else Html()
+    # Of figures with the same title, the first.
     titles = {_title(name, contents.figures[name]): name for name in reversed(names)}
-    items = "".join(
-        f'<li><a href="#{_anchor(contents, name)}">{escape(title)}</a></li>'
+    items = joined(
+        html('<li><a href="#{}">{}</a></li>', _anchor(contents, name), title)
         for title, name in reversed(titles.items())
     )
-    return f'<div class="summary">{told}<ul>{items}</ul></div>' if told or items else ""
+    if not found and not items:
+        return Html()
+    return html('<div class="summary">{}<ul>{}</ul></div>', found, items)
 
 
 def _title(name: str, path: Path) -> str:
-    """The title of a figure, which its SVG holds, or its name without one."""
+    """Return the title of a figure, which its SVG holds, or its name without one."""
     drawn, found = path.with_suffix(".svg"), None
     if drawn.is_file() and not drawn.is_symlink():
         found = _TITLE.search(drawn.read_text("utf-8", "replace"))
@@ -148,46 +160,46 @@ def _title(name: str, path: Path) -> str:
 
 
 def _anchor(contents: Contents, name: str) -> str:
-    return escape(f"{contents.study}-{name}")
+    return f"{contents.study}-{name}"
 
 
-def _figures(contents: Contents, names: Iterable[str] | None) -> str:
+def _figures(contents: Contents, names: Iterable[str] | None) -> Html:
     """Return the figures of a study, or those named."""
     wanted = contents.figures if names is None else names
-    return "\n".join(_figure(contents, name) for name in wanted if name in contents.figures)
+    return joined((_figure(contents, name) for name in wanted if name in contents.figures), "\n")
 
 
-def _figure(contents: Contents, name: str) -> str:
+def _figure(contents: Contents, name: str) -> Html:
     path = contents.figures[name]
-    kind = {".svg": "image/svg+xml", ".png": "image/png"}[path.suffix]
-    data = base64.b64encode(path.read_bytes()).decode("ascii")
-    label = escape(_title(name, path))
-    image = f'<img alt="{label}" src="data:{kind};base64,{data}">'
-    return f'<figure id="{_anchor(contents, name)}">{image}</figure>'
-
-
-def _made(contents: Contents) -> str:
-    by = f"<p>Made by continuair {escape(contents.version)}"
-    again = f"; again with <code>{escape(contents.command)}</code>" if contents.command else ""
-    return f"{by}{again}.</p>"
-
-
-def _links(contents: Contents) -> Iterator[str]:
-    shown = [contents, *contents.parts]
-    for one in shown:
-        title = TITLES.get(one.study, one.study)
-        yield f'<a href="#{escape(one.study)}">{escape(title)}</a> '
-    yield '<a href="#vehicle">Vehicle</a>'
-
-
-def _vehicle(results: dict[str, Any]) -> str:
-    rows = "".join(
-        f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>"
-        for name, value in _fields("", results.get("vehicle", {}))
+    return html(
+        '<figure id="{anchor}"><img alt="{label}" src="data:{kind};base64,{data}"></figure>',
+        anchor=_anchor(contents, name),
+        label=_title(name, path),
+        kind={".svg": "image/svg+xml", ".png": "image/png"}[path.suffix],
+        data=base64.b64encode(path.read_bytes()).decode("ascii"),
     )
-    return (
-        f'<section id="vehicle"><h2>Vehicle</h2><table><thead><tr><th>field</th><th>value</th></tr>'
-        f"</thead><tbody>{rows}</tbody></table></section>"
+
+
+def _made(contents: Contents) -> Html:
+    again = html("; again with <code>{}</code>", contents.command) if contents.command else ""
+    return html("<p>Made by continuair {}{}.</p>", contents.version, again)
+
+
+def _links(contents: Contents) -> Iterator[Html]:
+    for one in (contents, *contents.parts):
+        yield html('<a href="#{}">{}</a> ', one.study, TITLES.get(one.study, one.study))
+    yield Html('<a href="#vehicle">Vehicle</a>')
+
+
+def _vehicle(results: dict[str, Any]) -> Html:
+    rows = joined(
+        html("<tr><td>{}</td><td>{}</td></tr>", *each)
+        for each in _fields("", results.get("vehicle", {}))
+    )
+    return html(
+        '<section id="vehicle"><h2>Vehicle</h2><table><thead><tr><th>field</th><th>value</th></tr>'
+        "</thead><tbody>{}</tbody></table></section>",
+        rows,
     )
 
 
@@ -199,12 +211,12 @@ def _fields(prefix: str, value: Any) -> Iterator[tuple[str, str]]:
         yield prefix, str(value)
 
 
-def _rendered(markdown: str) -> str:
+def _rendered(markdown: str) -> Html:
     """Return Markdown as HTML; classes align columns, as the policy allows no inline styles."""
-    html: str = _MARKDOWN.render(markdown)
+    found: str = _MARKDOWN.render(markdown)
     for side in ("left", "center", "right"):
-        html = html.replace(f' style="text-align:{side}"', f' class="{side}"')
-    return html
+        found = found.replace(f' style="text-align:{side}"', f' class="{side}"')
+    return Html(found)
 
 
 def _without_title(markdown: str) -> str:
@@ -212,14 +224,14 @@ def _without_title(markdown: str) -> str:
     return rest if first.startswith("# ") else markdown
 
 
-def _policy(style: str, script: str) -> str:
+def _policy(style: str, script: str) -> Html:
     """Return the content security policy: no external resources, and only these inline texts."""
     style, script = (
         "'sha256-" + base64.b64encode(sha256(text.encode()).digest()).decode() + "'"
         for text in (style, script)
     )
-    return f"default-src 'none'; img-src data:; style-src {style}; script-src {script}"
+    return Html(f"default-src 'none'; img-src data:; style-src {style}; script-src {script}")
 
 
-def _asset(name: str) -> str:
-    return resources.files("amiri2026.report").joinpath(name).read_text("utf-8")
+def _asset(name: str) -> Html:
+    return Html(resources.files("amiri2026.report").joinpath(name).read_text("utf-8"))

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from html import escape
 from typing import Any
 
 from amiri2026.paper.overview import FLOWN_IN, by_part, overview
 from amiri2026.paper.report import meaning
+from amiri2026.report.html import Html, html, joined
 from amiri2026.sentences import PARTS
 from continuair.studies import number
 
@@ -20,19 +20,20 @@ STUDIES: dict[str, dict[str, tuple[str, ...] | None]] = {
 """Part of the paper -> studies of it, with the figures shown before its sentences; None: all."""
 
 
-def first_screen(results: dict[str, Any], markdown: Callable[[str], str]) -> str:
-    """Return the section that answers what holds, what the paper found, and what it means."""
-    rendered = markdown("\n".join(overview(results)))
-    parts = markdown("\n".join(by_part(results)))
-    return (
-        f'<section id="paper">{rendered}<details><summary>Verdicts by part of the paper</summary>'
-        f"{parts}</details>{_filters(results)}</section>"
+def first_screen(results: dict[str, Any], markdown: Callable[[str], Html]) -> Html:
+    """Return the section that says what holds, what the paper found, and what it means."""
+    return html(
+        '<section id="paper">{found}<details><summary>Verdicts by part of the paper</summary>'
+        "{parts}</details>{filters}</section>",
+        found=markdown("\n".join(overview(results))),
+        parts=markdown("\n".join(by_part(results))),
+        filters=_filters(results),
     )
 
 
 def chapters(
-    results: dict[str, Any], figures: Callable[[str, tuple[str, ...] | None], str]
-) -> Iterator[str]:
+    results: dict[str, Any], figures: Callable[[str, tuple[str, ...] | None], Html]
+) -> Iterator[Html]:
     """Yield a section per part of the paper: its figures, then its sentences.
 
     figures: gives the HTML of a study's figures, of those named or of all.
@@ -41,64 +42,77 @@ def chapters(
         entries = [e for e in results["sentences"] if e["id"].partition(".")[0] == part]
         if not entries:
             continue
-        heading = part if title == part else f"{part}: {title}"
-        note = f"<p>{escape(FLOWN_IN[part])}</p>" if part in FLOWN_IN else ""
-        shown = "".join(figures(study, names) for study, names in STUDIES.get(part, {}).items())
-        yield (
-            f'<section class="chapter" id="part-{part}"><h2>{escape(heading)}</h2>{note}{shown}'
-            f"{''.join(_sentence(entry, part) for entry in entries)}</section>"
+        yield html(
+            '<section class="chapter" id="part-{part}"><h2>{heading}</h2>{note}{shown}{sentences}'
+            "</section>",
+            part=part,
+            heading=part if title == part else f"{part}: {title}",
+            note=html("<p>{}</p>", FLOWN_IN[part]) if part in FLOWN_IN else "",
+            shown=joined(figures(study, names) for study, names in STUDIES.get(part, {}).items()),
+            sentences=joined(_sentence(entry, part) for entry in entries),
         )
 
 
-def _filters(results: dict[str, Any]) -> str:
-    buttons = "".join(
-        f'<label><input type="checkbox" data-verdict="{escape(str(name))}" checked> '
-        f"{escape(meaning(name))} ({int(count)})</label> "
+def _filters(results: dict[str, Any]) -> Html:
+    buttons = joined(
+        html(
+            '<label><input type="checkbox" data-verdict="{}" checked> {} ({})</label> ',
+            name,
+            meaning(name),
+            count,
+        )
         for name, count in results["counts"].items()
     )
-    return (
-        f'<form class="filters">{buttons}<label>text <input type="search"></label> '
-        '<output aria-live="polite"></output></form>'
+    return html(
+        '<form class="filters">{}<label>text <input type="search"></label> '
+        '<output aria-live="polite"></output></form>',
+        buttons,
     )
 
 
-def _sentence(entry: dict[str, Any], part: str) -> str:
-    verdict = escape(entry["verdict"])
-    kind = verdict.replace(" ", "-")
-    return (
-        f'<article class="sentence" data-part="{part}" data-verdict="{verdict}" '
-        f'id="{escape(entry["id"])}"><h3>{escape(entry["id"])} '
-        f'<span class="verdict {kind}">{escape(meaning(entry["verdict"]))}</span></h3>'
-        f"<blockquote>{escape(entry['quote'])}</blockquote>{_finding(entry)}{_more(entry)}"
-        "</article>"
+def _sentence(entry: dict[str, Any], part: str) -> Html:
+    return html(
+        '<article class="sentence" data-part="{part}" data-verdict="{verdict}" id="{id}"><h3>{id} '
+        '<span class="verdict {kind}">{meaning}</span></h3><blockquote>{quote}</blockquote>'
+        "{finding}{more}</article>",
+        part=part,
+        verdict=entry["verdict"],
+        id=entry["id"],
+        kind=entry["verdict"].replace(" ", "-"),
+        meaning=meaning(entry["verdict"]),
+        quote=entry["quote"],
+        finding=_finding(entry),
+        more=_more(entry),
     )
 
 
-def _finding(entry: dict[str, Any]) -> str:
+def _finding(entry: dict[str, Any]) -> Html:
     """Return evidence, view by view where there are several, and the correction of a misprint."""
     if entry["cases"]:
-        rows = "".join(
-            f"<li><b>{escape(case['verdict'])}</b> for {escape(case['vehicle'])}, "
-            f"{escape(case['reading'])}: {escape(case['evidence'])}.</li>"
+        rows = joined(
+            html("<li><b>{verdict}</b> for {vehicle}, {reading}: {evidence}.</li>", **case)
             for case in entry["cases"]
         )
-        note = f"<p>{escape(entry['note'])}.</p>" if entry["note"] else ""
-        return f"<ul>{rows}</ul>{note}"
-    right = f"<p><b>Right:</b> {escape(entry['correction'])}.</p>" if entry["correction"] else ""
-    return f"<p>{escape(entry['evidence'])}.</p>{right}"
+        note = html("<p>{}.</p>", entry["note"]) if entry["note"] else ""
+        return html("<ul>{}</ul>{}", rows, note)
+    correction = entry["correction"]
+    right = html("<p><b>Right:</b> {}.</p>", correction) if correction else ""
+    return html("<p>{}.</p>{}", entry["evidence"], right)
 
 
-def _more(entry: dict[str, Any]) -> str:
+def _more(entry: dict[str, Any]) -> Html:
     """Return the sentence's claim, criterion, numbers and command, folded away."""
-    numbers = "".join(
-        f"<li>{escape(name)}: {number(value)}</li>"
+    numbers = joined(
+        html("<li>{}: {}</li>", name, number(value))
         for name, value in {**entry["numbers"], **entry["times"]}.items()
     )
-    return (
+    return html(
         "<details><summary>criterion, numbers, command</summary><dl>"
-        f"<dt>claims</dt><dd>{escape(entry['claims'])}</dd>"
-        f"<dt>measured</dt><dd>{escape(entry['measure'])}</dd>"
-        f"<dt>criterion</dt><dd>{escape(entry['criterion'])}</dd>"
-        f'<dt class="numbers">numbers</dt><dd class="numbers"><ul>{numbers}</ul></dd>'
-        f"<dt>again with</dt><dd><code>{escape(entry['redo'])}</code></dd></dl></details>"
+        "<dt>claims</dt><dd>{claims}</dd>"
+        "<dt>measured</dt><dd>{measure}</dd>"
+        "<dt>criterion</dt><dd>{criterion}</dd>"
+        '<dt class="numbers">numbers</dt><dd class="numbers"><ul>{listed}</ul></dd>'
+        "<dt>again with</dt><dd><code>{redo}</code></dd></dl></details>",
+        listed=numbers,
+        **{name: entry[name] for name in ("claims", "measure", "criterion", "redo")},
     )

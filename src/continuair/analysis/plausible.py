@@ -7,13 +7,8 @@ import numpy as np
 from continuair.analysis.excited import excited_arm, name_of_excited_arm
 from continuair.analysis.groups import GRAVITY, place
 from continuair.vehicle.section import Section
+from continuair.vehicle.slips import slips
 from continuair.vehicle.vehicle import Vehicle
-
-_DENSITY = (10.0, 23_000.0)
-"""From foams to osmium [kg/m³]."""
-
-_MODULUS = (1e4, 1.3e12)
-"""From the softest gels to diamond [Pa]."""
 
 _GYRATION = (0.01, 3.0)
 """Radii of gyration of UAVs [m]."""
@@ -29,14 +24,15 @@ _SLOW = 2.0
 
 
 def doubts(vehicle: Vehicle) -> list[str]:
-    """Return sentences on implausible values of a vehicle; none if all are plausible."""
-    return [
-        *_of_uav(vehicle),
-        *_of_places(vehicle),
-        *_of_rotors(vehicle),
-        *_of_sections(vehicle),
-        *_of_sag(vehicle),
-    ]
+    """Return sentences on implausible values of a vehicle; none if all are plausible.
+
+    If a value seems to be in another unit, sentences that combine it with others are left out.
+    """
+    likely, alone = slips(vehicle), [*_of_rotors(vehicle), *_of_sections(vehicle)]
+    if likely:
+        return likely + alone
+    together = [*_of_uav(vehicle), *_of_places(vehicle), *_of_lift(vehicle), *_of_sag(vehicle)]
+    return together + alone
 
 
 def _of_uav(vehicle: Vehicle) -> list[str]:
@@ -70,17 +66,22 @@ def _of_places(vehicle: Vehicle) -> list[str]:
     ]
 
 
+def _of_lift(vehicle: Vehicle) -> list[str]:
+    rotors = vehicle.uav.rotors
+    lift = 0.0 if rotors is None else rotors.count * rotors.highest / (GRAVITY * vehicle.mass)
+    if lift <= _STRONG:
+        return []
+    return [
+        f"uav.rotors.thrust_limits let the rotors lift {lift:.3g} times the weight; are they in "
+        "newtons?"
+    ]
+
+
 def _of_rotors(vehicle: Vehicle) -> list[str]:
     """Return sentences on implausible rotors."""
     rotors, found = vehicle.uav.rotors, []
     if rotors is None:
         return []
-    lift = float(rotors.count * rotors.highest / (GRAVITY * vehicle.mass))
-    if lift > _STRONG:
-        found.append(
-            f"uav.rotors.thrust_limits give {lift:.3g} times the weight; check that they are in "
-            "newtons."
-        )
     for name, lag in (("lag", rotors.lag), ("lag_down", rotors.lag_down)):
         if lag is not None and lag > _SLOW:
             found.append(f"uav.rotors.{name} is {lag:g} s, very slow; check that it is in seconds.")
@@ -98,7 +99,7 @@ def _of_sections(vehicle: Vehicle) -> list[str]:
     for arm in vehicle.arms:
         for section in arm.section:
             at = f"arm.{arm.name}.section.{section.name}." if vehicle.has_arm_list else "arm."
-            texts = *_of_material(section), *_of_damping(section), *_of_disks(section, vehicle)
+            texts = *_of_damping(section), *_of_disks(section, vehicle)
             found += [at + text for text in texts]
         tip = arm.tip.mass if arm.tip is not None else 0.0
         if tip > vehicle.uav.mass:
@@ -121,22 +122,6 @@ def _of_damping(section: Section) -> list[str]:
     if ratio is None or ratio <= 1.0:
         return []
     return [f"damping_ratio is {ratio:g}, overdamped; check that it is not in per cent."]
-
-
-def _of_material(section: Section) -> list[str]:
-    """Return sentences on implausible materials."""
-    if section.given_radius is None:
-        return []
-    found = []
-    for name, (least, most), unit in (
-        ("density", _DENSITY, "kg/m³"),
-        ("youngs_modulus", _MODULUS, "Pa"),
-    ):
-        value = float(getattr(section, name))
-        if not least <= value <= most:
-            side = "more" if value > most else "less"
-            found.append(f"{name} is {value:.3g} {unit}, {side} than any material's; check it.")
-    return found
 
 
 def _of_sag(vehicle: Vehicle) -> list[str]:

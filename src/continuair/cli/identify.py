@@ -45,7 +45,8 @@ def identify(
         list[str] | None,
         typer.Option(
             help="Role and topic of a log, such as tip=/arm/tip; repeatable. Of a ROS 2 bag, "
-            "bend, bend_moment and rotors alone take fields.",
+            "bend, bend_moment and rotors alone take fields. Of a PX4 log, TOPIC.1 is the "
+            "topic's instance 1.",
             metavar="ROLE=TOPIC[:FIELDS][*SCALE]",
         ),
     ] = None,

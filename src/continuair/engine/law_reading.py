@@ -6,14 +6,16 @@ private parts of Warp, and may have to change with its version.
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import warp as wp
 from warp._src import codegen, context
 
-from continuair.errors import InputError
+from continuair.errors import InputError, nearest
 
 Struct = codegen.Struct
 """Type of Warp's structs."""
@@ -24,16 +26,40 @@ _WHOLE = (
 )
 
 
+_DEVICE_NAMES = {
+    "features": "image",
+    "camera_position": "view.position",
+    "camera_attitude": "view.attitude",
+    "target_velocity": "target_twist",
+    "q": "state",
+    "qd": "state",
+}
+"""Names of an Observation in Python -> fields of a law's structs on the device."""
+
+
+@dataclass
+class _Met:
+    """Integer divisions (function, line) and sentences on unknown fields of a law."""
+
+    quotients: list[tuple[str, str]]
+    unknown: list[str]
+
+
 def read(control: Any) -> list[Any]:
     """Return a device function and all that it calls.
 
-    Raises InputError if one of them divides whole numbers.
+    Raises InputError if one of them divides whole numbers, or uses a field that its struct lacks.
     """
     options = context.Module("law", None).options | {"output_arch": None, "block_dim": 1}
     builder = context.ModuleBuilder(context.Module("law", None), options)
-    with _calls() as calls:
-        control.adj.build(builder)
-    for function, line in calls:
+    with _meeting() as met:
+        try:
+            control.adj.build(builder)
+        except Exception:
+            for sentence in met.unknown:
+                raise InputError(sentence) from None
+            raise
+    for function, line in met.quotients:
         raise InputError(
             f"law divides whole numbers in its function {function} ({line}), which truncates; "
             "convert them first, as in code.Real(n) / code.Real(m)."
@@ -42,21 +68,60 @@ def read(control: Any) -> list[Any]:
 
 
 @contextmanager
-def _calls() -> Iterator[list[tuple[str, str]]]:
-    """Collect the integer divisions that Warp analyses: function and line."""
-    met: list[tuple[str, str]] = []
-    add_call = codegen.Adjoint.add_call
+def _meeting() -> Iterator[_Met]:
+    """Collect the integer divisions and unknown fields that Warp analyses."""
+    met = _Met([], [])
+    add_call, evaluate = codegen.Adjoint.add_call, codegen.Adjoint.eval
 
     def noted(adj: Any, func: Any, args: Any, *rest: Any, **options: Any) -> Any:
         if func.key == "div" and all(codegen.strip_reference(x.type) in _WHOLE for x in args):
-            met.append((adj.fun_name, adj.source_lines[adj.lineno].strip()))
+            met.quotients.append((adj.fun_name, adj.source_lines[adj.lineno].strip()))
         return add_call(adj, func, args, *rest, **options)  # type: ignore[no-untyped-call]
 
+    def named(adj: Any, node: Any) -> Any:
+        try:
+            return evaluate(adj, node)  # type: ignore[no-untyped-call]
+        except Exception:
+            for attribute in [] if met.unknown else _attributes(node):
+                owner = evaluate(adj, attribute.value)  # type: ignore[no-untyped-call]
+                kind = codegen.strip_reference(getattr(owner, "type", None))
+                if isinstance(kind, Struct) and attribute.attr not in kind.vars:
+                    met.unknown.append(_unknown(adj.fun_name, attribute, kind))
+            raise
+
     setattr(codegen.Adjoint, "add_call", noted)  # noqa: B010  # as mypy knows it
+    setattr(codegen.Adjoint, "eval", named)  # noqa: B010
     try:
         yield met
     finally:
         setattr(codegen.Adjoint, "add_call", add_call)  # noqa: B010
+        setattr(codegen.Adjoint, "eval", evaluate)  # noqa: B010
+
+
+def _attributes(node: ast.AST) -> list[ast.Attribute]:
+    """Return the attribute that an expression is, or those that an assignment writes."""
+    found = [node, *getattr(node, "targets", ()), getattr(node, "target", None)]
+    return [each for each in found if isinstance(each, ast.Attribute)]
+
+
+def _unknown(function: str, node: ast.Attribute, kind: Any) -> str:
+    """Return a sentence on an unknown field of a struct, with the likely name."""
+    fields = list(kind.vars)
+    deeper = {
+        name: f"{field}.{name}"
+        for field, of in reversed(kind.vars.items())
+        if isinstance(of.type, Struct)
+        for name in of.type.vars
+    }
+    meant = _DEVICE_NAMES.get(node.attr, node.attr)
+    first = meant.partition(".")[0]
+    found = meant if first in fields else deeper.get(meant)
+    remedy = f"use {found} (known: {', '.join(fields)})" if found else nearest(node.attr, fields)
+    struct = kind.key.rpartition("__")[2]
+    return (
+        f"law uses {ast.unparse(node)} in its function {function}, but {struct} has no "
+        f"{node.attr}; {remedy}."
+    )
 
 
 def hashed(control: Any) -> bytes:

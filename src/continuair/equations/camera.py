@@ -14,6 +14,9 @@ from continuair.vehicle.vehicle import Vehicle
 TIP_OF_STRAIGHT_ARM = np.diag([1.0, -1.0, -1.0])
 """Axes of the straight arm's tip frame in the arm's axes."""
 
+_LEVEL = 1e-9
+"""Cosine below which an angle counts as a right angle."""
+
 
 def on_body(vehicle: Vehicle) -> Array:
     """Return the camera's position (..., 3) in body axes with its arm straight [m].
@@ -42,8 +45,13 @@ def axes_on_body(vehicle: Vehicle) -> Array:
     return np.asarray(Rotation.from_quat(arm.attitude).as_matrix() @ tip)
 
 
-def facing(vehicle: Vehicle, point: ArrayLike, distance: ArrayLike) -> tuple[Array, Array]:
-    """Return the UAV pose from which the camera looks down at a point.
+def facing(
+    vehicle: Vehicle,
+    point: ArrayLike,
+    distance: ArrayLike,
+    camera_attitude: ArrayLike | None = None,
+) -> tuple[Array, Array]:
+    """Return the UAV pose from which the camera looks at a point.
 
     Parameters
     ----------
@@ -52,23 +60,37 @@ def facing(vehicle: Vehicle, point: ArrayLike, distance: ArrayLike) -> tuple[Arr
     point : array_like (..., 3)
         Point in world axes [m].
     distance : array_like (...)
-        Height of the camera straight above the point [m].
+        Distance of the camera from the point, along the camera's optical axis [m].
+    camera_attitude : array_like (4,), optional
+        Unit quaternion x y z w from camera axes to world axes. Default: straight down, with the
+        camera's x axis parallel to the world's.
 
     Returns
     -------
     position : array (..., 3)
         Position of the UAV in world axes [m].
     angles : array (..., 3)
-        Euler angles (φ, θ, ψ) [rad], zero for a camera that looks along its tip.
+        Euler angles (φ, θ, ψ) [rad]. By default zero for a camera that looks along its tip.
 
-    Notes
-    -----
-    The camera's x axis is parallel to the world's.
+    Raises
+    ------
+    InputError
+        If the UAV would be upside down.
     """
     axes = axes_on_body(vehicle)
-    turn = TIP_OF_STRAIGHT_ARM @ np.swapaxes(axes, -1, -2)
-    above = np.multiply.outer(distance, [0.0, 0.0, 1.0])
-    at = np.asarray(point) + above - np.einsum("...ij,...j->...i", turn, on_body(vehicle))
+    wanted = TIP_OF_STRAIGHT_ARM
+    if camera_attitude is not None:
+        wanted = Rotation.from_quat(camera_attitude).as_matrix()
+    turn = wanted @ np.swapaxes(axes, -1, -2)
+    if (turn[..., 2, 2] < -_LEVEL).any():
+        side = "down" if camera_attitude is None else "so"
+        raise InputError(
+            f"camera looks along {shown(np.round(axes.reshape(-1, 3, 3)[0, :, 2], 2))} in body "
+            f"axes, but is to look along {shown(np.round(wanted[:, 2], 2))} in the world, for "
+            f"which the UAV would be upside down; give it a camera that looks {side} in hover."
+        )
+    back = np.multiply.outer(distance, -wanted[:, 2])
+    at = np.asarray(point) + back - np.einsum("...ij,...j->...i", turn, on_body(vehicle))
     return np.asarray(at), euler_angles(turn)
 
 

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Engine, Start
 from continuair.engine.loop import Loop, Scene, Timing, watch
@@ -66,7 +67,10 @@ def _motion(path: Path, times: bytes) -> Array:
 
 
 def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
-    """Raise InputError if a controller's camera does not see every point at the start."""
+    """Raise InputError if a controller's camera does not see every point at the start.
+
+    Also raises it if the camera looks away from the side of the desired image.
+    """
     if scenario.controller is None or not scenario.controller.looks:
         return
     layout, corners = engine.layout, np.asarray(scenario.targets[0].points)
@@ -78,13 +82,14 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     columns = watched_columns(len(corners))
     image, depth, seen = (watched[:, columns[name]] for name in ("image", "depth", "in_view"))
     if seen.all():
+        _check_side(scenario, Rotation.from_quat(watched[:, columns["camera_attitude"]]))
         return
     run, point = np.argwhere(seen == 0.0)[0]
     named = f"target has point {point}" + (f" of run {run}" if len(log) > 1 else "")
     if depth[run, point] <= 0.0:
         raise InputError(
-            f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start "
-            "above the target, with the camera facing it."
+            f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start with "
+            "the camera facing the target."
         )
     camera = engine.vehicle.camera
     focal, centre, size = (
@@ -94,8 +99,28 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     u, v = focal * image[run, 2 * point : 2 * point + 2] + centre
     raise InputError(
         f"{named} out of view at the start, at pixel ({u:.0f}, {v:.0f}) of an image of {size[0]:g} "
-        f"by {size[1]:g}; start closer to the desired pose, or higher."
+        f"by {size[1]:g}; start closer to the desired pose, or farther away."
     )
+
+
+def _check_side(scenario: Scenario, attitudes: Rotation) -> None:
+    """Raise InputError for a run whose camera must turn by 90° or more to the desired image.
+
+    Example: the desired image is from above, but the camera looks up.
+    """
+    looks = attitudes.apply([0.0, 0.0, 1.0])
+    wanted = np.array([target.camera_axis for target in scenario.targets])
+    away = np.flatnonzero(np.einsum("ij,ij->i", looks, np.broadcast_to(wanted, looks.shape)) <= 0.0)
+    if away.size:
+        run = int(away[0])
+        of = f" of run {run}" if len(looks) > 1 else ""
+        along, other = (
+            shown(np.round(each, 2)) for each in (wanted[run % len(wanted)], looks[run])
+        )
+        raise InputError(
+            f"target{of} has a desired view along {along}, but the camera looks along {other} at "
+            "the start; set camera_attitude of the target."
+        )
 
 
 def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,13 +26,18 @@ SPIN = 10.0
 """Angular velocity [rad/s] up to which the automatic step resolves a vehicle's rotation."""
 
 
+_CHANGING = ("states", "status", "_angles", "_first")
+"""Attributes of a Fleet that change in flight."""
+
+
 class Fleet:
     """Runs of a vehicle with rotors, stepped together by a control period, in one launch.
 
     vehicle: one for all runs, or a batch of as many. period: control period [s]; model, device: as
     in `simulate`. states (runs, state): current states, ordered as in `Layout`; runs that have
     stopped keep theirs. status (runs,): of kernels/step.py. step_length: [s]. Until they are begun,
-    all runs hover level at the origin with straight arms. Raises InputError.
+    all runs hover level at the origin with straight arms. A copy, by `copy.deepcopy` or pickle,
+    continues as the original does. Raises InputError.
     """
 
     def __init__(
@@ -43,6 +50,10 @@ class Fleet:
         device: str = "cpu",
         gravity: float = 9.81,
     ) -> None:
+        self._made_with = {
+            "vehicle": vehicle, "runs": runs, "period": period,
+            "model": model, "device": device, "gravity": gravity,
+        }  # fmt: skip
         checks.choice("model", model, MODELS)
         self.runs = checks.whole("runs", runs, 1)
         period = checks.positive("period", period, " [s]")
@@ -69,6 +80,15 @@ class Fleet:
         self._first = np.empty_like(self.states)
         self.status = np.empty(runs, np.int32)
         self.begin(np.arange(runs), np.zeros((runs, width)), np.zeros((runs, width)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the arguments and the current state of its runs; kernels cannot be copied."""
+        changing = {name: getattr(self, name).copy() for name in _CHANGING}
+        return {"made_with": self._made_with, "changing": changing}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(**state["made_with"])  # type: ignore[misc]
+        self.__dict__.update(state["changing"])
 
     def begin(self, which: NDArray[np.intp], q: Array, qd: Array) -> None:
         """Restart some runs, by their indices (n,), at paper coordinates and rates (n, …).

@@ -43,7 +43,9 @@ def provenance_of(attributes: Mapping[Any, Any], runs: int) -> dict[str, Any]:
 def _digest_of(attributes: Mapping[Any, Any]) -> int:
     """Return the digest of the vehicle and the scenario in a result's attributes."""
     told = "\n".join(str(attributes.get(name)) for name in ("vehicle", "scenario"))
-    return int.from_bytes(hashlib.sha256(told.encode()).digest()[:8], "big") >> (64 - _BITS)
+    return int.from_bytes(
+        hashlib.sha256(told.encode("utf-8", "surrogatepass")).digest()[:8], "big"
+    ) >> (64 - _BITS)
 
 
 def is_joined(flight: xr.Dataset) -> bool:

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair import checks
-from continuair.errors import InputError, shown
+from continuair.errors import InputError, nearest, shown
 from continuair.interfaces.hovering import Hovering
 
 checks.installed("gymnasium", "gym")
@@ -34,17 +35,22 @@ def _spaces(task: Hovering) -> tuple[Box, Box]:
 
 
 class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
-    """A vehicle whose task is to hold a point; `Hovering` describes the task and the options."""
+    """A vehicle whose task is to hold a point; `Hovering` describes the task and the options.
+
+    A copy, by `copy.deepcopy` or pickle, continues as the original does.
+    """
 
     def __init__(self, vehicle: Any = None, render_mode: None = None, **options: Any) -> None:
-        self.render_mode = render_mode
+        _check_not_rendered(render_mode)
+        self.render_mode = None
         self._task = Hovering(1, vehicle, **options)
         self.observation_space, self.action_space = _spaces(self._task)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Start an episode."""
+        """Start an episode; there are no options."""
+        _options(options, ())
         super().reset(seed=seed)
         self._task.begin([0], [self.np_random])
         return self._task.observed()[0].astype(np.float32), {}
@@ -59,10 +65,10 @@ class HoverEnv(gymnasium.Env[Array, Array]):  # type: ignore[misc]
 class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
     """The same vehicle many times, or one each of a batch, all stepped in one launch.
 
-    An episode that ended begins anew in the next step, which ignores its action.
+    autoreset_mode: as Gymnasium defines it. With "NextStep" an episode that ended restarts in the
+    next step, which ignores its action. With "SameStep" it restarts in the step that ends it, and
+    info["final_obs"] holds the last observation. With "Disabled" only `reset` restarts it.
     """
-
-    metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
     def __init__(
         self,
@@ -70,10 +76,14 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         vehicle: Any = None,
         *,
         max_episode_steps: int = EPISODE,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         render_mode: None = None,
         **options: Any,
     ) -> None:
-        self.render_mode, self.num_envs = render_mode, num_envs
+        _check_not_rendered(render_mode)
+        self.render_mode, self.num_envs = None, num_envs
+        self._mode = _autoreset_mode(autoreset_mode)
+        self.metadata = {"render_modes": [], "autoreset_mode": self._mode}
         self._task, self._longest = Hovering(num_envs, vehicle, **options), max_episode_steps
         self.single_observation_space, self.single_action_space = _spaces(self._task)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -87,39 +97,109 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Array, dict[str, Any]]:
-        """Start all episodes; a whole number seeds them with itself and its successors."""
-        count = self.num_envs
+        """Start all episodes, or those of options["reset_mask"], booleans (num_envs,).
+
+        A whole number seeds the environments with itself and its successors. Environments without a
+        seed continue to draw from their generators.
+        """
+        which = self._mask(options)
         if isinstance(seed, int | np.integer):
             super().reset(seed=int(seed))
-            seeds: Sequence[int | None] | None = [int(seed) + i for i in range(count)]
+            seeds: Sequence[int | None] = [int(seed) + i for i in range(self.num_envs)]
         else:
             super().reset()
-            seeds = seed
-        if seeds is not None and len(seeds) != count:
-            raise InputError(f"seed holds {len(seeds)} seeds; give {count}, or one for all.")
-        if seeds is not None or not self._randoms:
-            self._randoms = [seeding.np_random(each)[0] for each in seeds or [None] * count]
-        self._begin(np.ones(count, bool))
+            seeds = [None] * self.num_envs if seed is None else seed
+        if len(seeds) != self.num_envs:
+            raise InputError(
+                f"seed holds {len(seeds)} seeds; give {self.num_envs}, or one for all."
+            )
+        self._seed(seeds, which)
+        self._begin(which)
         return self._task.observed().astype(np.float32), {}
 
     def step(self, actions: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Advance all by a control period, except those that start again."""
+        found_actions = _checked(actions, (self.num_envs, self._task.actions))
         anew = self._ended.copy()
-        found = self._task.step(_checked(actions, (self.num_envs, self._task.actions)))
+        if self._mode is AutoresetMode.DISABLED and anew.any():
+            raise InputError(
+                f"step is not possible: episodes {shown(np.flatnonzero(anew))} have ended; reset "
+                "them first, by reset(options={'reset_mask': terminated | truncated})."
+            )
+        found = self._task.step(found_actions)
         self._steps += 1
-        observation, reward = found.observation, np.where(anew, 0.0, found.reward)
-        if anew.any():
-            self._begin(anew)
-            observation = self._task.observed()
+        reward = np.where(anew, 0.0, found.reward)
         terminated = found.terminated & ~anew
         truncated = (self._steps >= self._longest) & ~anew
         self._ended = terminated | truncated
-        return observation.astype(np.float32), reward, terminated, truncated, {}
+        observation = found.observation.astype(np.float32)
+        info: dict[str, Any] = {}
+        if self._mode is AutoresetMode.SAME_STEP:
+            anew = self._ended.copy()
+            for run in np.flatnonzero(anew):
+                last = {"final_obs": observation[run].copy(), "final_info": {}}
+                info = self._add_info(info, last, run)
+        if anew.any():
+            self._begin(anew)
+            observation[anew] = self._task.observed()[anew]
+        return observation, reward, terminated, truncated, info
+
+    def _mask(self, options: dict[str, Any] | None) -> NDArray[np.bool_]:
+        """Return which environments are reset (num_envs,)."""
+        options = _options(options, ("reset_mask",))
+        if "reset_mask" not in options:
+            return np.ones(self.num_envs, bool)
+        mask = options["reset_mask"]
+        whole = isinstance(mask, np.ndarray) and mask.dtype == np.bool_
+        if not whole or mask.shape != (self.num_envs,) or not mask.any():
+            raise InputError(
+                f"options['reset_mask'] is {shown(mask)}; give a NumPy array of {self.num_envs} "
+                "truth values, one of them True."
+            )
+        if not self._randoms and not mask.all():
+            raise InputError(
+                f"options['reset_mask'] is {shown(mask)}, but no episode has begun; reset all "
+                "environments first."
+            )
+        return mask
+
+    def _seed(self, seeds: Sequence[int | None], which: Array) -> None:
+        """Create generators for reset environments that have a seed, or had no generator."""
+        begun = bool(self._randoms)
+        if not begun:
+            self._randoms = [seeding.np_random(each)[0] for each in seeds]
+        for run in np.flatnonzero(which).tolist() if begun else ():
+            if seeds[run] is not None:
+                self._randoms[run] = seeding.np_random(seeds[run])[0]
 
     def _begin(self, which: Array) -> None:
         runs = np.flatnonzero(which)
         self._task.begin(runs.tolist(), [self._randoms[run] for run in runs])
         self._steps[which], self._ended[which] = 0, False
+
+
+def _check_not_rendered(render_mode: Any) -> None:
+    """Raise InputError for any render mode, as there is none."""
+    if render_mode is not None:
+        raise InputError(
+            f"render_mode is {shown(render_mode)}, but these environments render nothing; leave it "
+            "out, and see a flight by simulate and continuair view."
+        )
+
+
+def _options(given: dict[str, Any] | None, known: Sequence[str]) -> dict[str, Any]:
+    """Return the options of a reset; raises InputError if one is unknown."""
+    for name in given or {}:
+        if name not in known:
+            remedy = nearest(str(name), known) if known else "there are none"
+            raise InputError(f"options holds {shown(name)}; {remedy}.")
+    return given or {}
+
+
+def _autoreset_mode(value: Any) -> AutoresetMode:
+    if isinstance(value, AutoresetMode):
+        return value
+    return AutoresetMode(checks.choice("autoreset_mode", value, [m.value for m in AutoresetMode]))
 
 
 def _checked(action: Any, shape: tuple[int, int]) -> Array:

@@ -12,10 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair import checks
-from continuair.errors import InputError, shown
+from continuair.errors import InputError, shortened, shown
 from continuair.files import printed, reason, user_path
 from continuair.identification.recording import Recording
-from continuair.interfaces.bounded import check_chunks
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, check_unit, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
@@ -25,6 +24,8 @@ Array = np.ndarray
 
 _WORLD = {"map", "odom", "world", "earth"}
 """Frames that REP 105 fixes to the ground."""
+
+_LONGEST_REASON = 300
 
 
 @dataclass(frozen=True)
@@ -120,50 +121,41 @@ def _check_fields(topics: Iterable[Topic]) -> None:
 
 def _read(file: Path, named: Mapping[str, Topic]) -> dict[str, _Messages]:
     """Return messages of its topic by role; raises InputError."""
-    from rosbags.highlevel import AnyReader, AnyReaderError
-    from rosbags.rosbag2 import ReaderError
-    from rosbags.serde import SerdeError
-    from rosbags.typesys import Stores, TypesysError, get_typestore
+    from continuair.interfaces.bag import opened
 
     try:
         file.stat()
-        check_chunks(file)
-        with AnyReader([file], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            there = reader.topics
+        with opened(file) as bag:
             for topic in named.values():
-                if topic.name not in there:
-                    listed = [f"{name} ({info.msgtype})" for name, info in there.items()]
+                if topic.name not in bag.kinds:
+                    listed = [f"{name} ({kind})" for name, kind in bag.kinds.items()]
                     raise missing_topic(topic, listed)
-            return {role: _messages(reader, topic) for role, topic in named.items()}
+            return {role: _messages(bag, topic) for role, topic in named.items()}
     except InputError:
         raise
-    except (AnyReaderError, ReaderError, SerdeError, TypesysError) as error:
-        why = " ".join(str(error).split())
     except (OSError, ValueError) as error:
         why = reason(error)
     except Exception as error:  # whatever its readers raise of damaged files
         why = " ".join(f"{type(error).__name__} {error}".split())
     raise InputError(
-        f"is no ROS 2 bag that can be read ({why}); give a bag's folder, or a whole .mcap or .db3 "
-        "file."
+        f"is no ROS 2 bag that can be read ({shortened(why, _LONGEST_REASON)}); give a bag's "
+        "folder, or a whole .mcap or .db3 file."
     )
 
 
-def _messages(reader: Any, topic: Topic) -> _Messages:
-    connections = [each for each in reader.connections if each.topic == topic.name]
+def _messages(bag: Any, topic: Topic) -> _Messages:
     stamps, messages = [], []
-    for connection, received, raw in reader.messages(connections=connections):
-        message = reader.deserialize(raw, connection.msgtype)
+    for received, message in bag.messages(topic.name):
         header = getattr(message, "header", None)
         stamp = header.stamp.sec * 10**9 + header.stamp.nanosec if header else 0
-        stamps.append((stamp or received) - reader.start_time)
+        stamps.append((stamp or received) - bag.start)
         messages.append(message)
     return _Messages(topic, 1e-9 * np.array(stamps, float), messages)
 
 
 def _refused(topic: Topic, message: Any, wanted: str) -> InputError:
     kind = getattr(message, "__msgtype__", type(message).__name__)
-    return InputError(f"{topic} holds messages of {kind}; give a topic of {wanted}.")
+    return InputError(f"{topic} holds messages of {printed(kind)}; give a topic of {wanted}.")
 
 
 def _place(topic: Topic, message: Any) -> Any:
@@ -265,7 +257,9 @@ def _by_name(topic: Topic, message: Any, attribute: str) -> dict[str, float]:
     names = getattr(message, "name", None) or [str(place) for place in range(len(values))]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
-        raise InputError(f"{topic} names {twice} twice in one message; publish every joint once.")
+        raise InputError(
+            f"{topic} names {printed(twice)} twice in one message; publish every joint once."
+        )
     if len(names) != len(values):
         raise InputError(
             f"{topic} names {len(names)} joints in one message, whose {attribute} holds "
@@ -280,12 +274,13 @@ def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> 
     if missing:
         raise InputError(
             f"{topic} has no {missing[0]} in one of its messages; name some of "
-            f"{', '.join(numbers)}."
+            f"{shortened(', '.join(numbers), _LONGEST_REASON)}."
         )
     if not topic.fields and len(numbers) > len(names):
         raise InputError(
             f"{topic} holds {len(numbers)} numbers in one message, but {len(names)} in its first; "
-            f"name fields that all have, as in {topic.role}={topic.name}:{','.join(names)}."
+            f"name fields that all have, as in {topic.role}={topic.name}:"
+            f"{shortened(','.join(names), _LONGEST_REASON)}."
         )
     return [numbers[name] for name in names]
 

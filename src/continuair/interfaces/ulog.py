@@ -7,6 +7,7 @@ import io
 import os
 import struct
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,9 @@ import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError
-from continuair.files import check_regular, printed, reason, user_path
+from continuair.files import DAMAGE, check_regular, printed, reason, user_path
 from continuair.identification.recording import Recording
+from continuair.interfaces.bounded import check_ulog
 from continuair.interfaces.frames import attitude_from_ned, from_frd, from_ned
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, signal
@@ -72,7 +74,8 @@ def read_ulog(
     vehicle : Vehicle
         The vehicle that flew.
     topics : mapping of str to str
-        "TOPIC:FIELD,FIELD*NUMBER" by role, see Notes.
+        "TOPIC:FIELD,FIELD*NUMBER" by role, see Notes. "TOPIC.1" is the topic's instance 1
+        (``multi_id``). Default: its first instance.
     rate : float, optional
         Rate of the rows [Hz]. Default: that of the slowest measurement.
     window : tuple of float, optional
@@ -103,7 +106,8 @@ def read_ulog(
         check_roles(vehicle, named)
         for role in _NORMALISED.keys() & named.keys():
             _check_scaled(named[role])
-        log = _log(file, {each.name for each in named.values()}, cut=window is not None)
+        names = {_instance_of(each)[0] for each in named.values()}
+        log = _log(file, names, cut=window is not None)
         found = {role: _signal(file, log, topic, window) for role, topic in named.items()}
         return recording(printed(file.name), vehicle, found, chosen)
 
@@ -126,13 +130,16 @@ def _log(file: Path, names: set[str] | None, cut: bool) -> Any:
         data = file.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read ({reason(error)}); give a .ulg file of PX4.") from None
+    check_ulog(data)
     try:
         # It prints what it finds damaged.
         with contextlib.redirect_stdout(io.StringIO()):
             log = ULog(io.BytesIO(data), None if names is None else sorted(names))
-    except (ULogException, struct.error, LookupError, ValueError) as error:
+    except (ULogException, *DAMAGE, struct.error, RecursionError, MemoryError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"is no ULog that can be read ({why}); give a .ulg file of PX4.") from None
+    if log.start_timestamp >= 1 << 63:
+        raise InputError(f"begins at {log.start_timestamp} µs; download the log again.")
     lasts = 1e-6 * (log.last_timestamp - log.start_timestamp)
     if log.file_corruption:
         raise InputError("holds damaged messages; download the log again.")
@@ -162,6 +169,8 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
         raise InputError(
             f"{topic} {what}; name some of {known}, as in {topic.role}={topic.name}:FIELD,FIELD."
         )
+    if "timestamp" not in data:
+        raise InputError(f"{topic} has no timestamp; download the log again.")
     stamps = data.get("timestamp_sample", data["timestamp"])
     stamps = stamps if stamps.all() else data["timestamp"]
     time = 1e-6 * (stamps.astype(np.int64) - log.start_timestamp)
@@ -172,21 +181,35 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
     return signal(topic, time, _converted(topic, rows, convert))
 
 
+def _instance_of(topic: Topic) -> tuple[str, int | None]:
+    """Return the name of a topic and the instance that it names, if any, as in NAME.1."""
+    name, dot, instance = topic.name.rpartition(".")
+    asked = dot and instance.isascii() and instance.isdecimal() and len(instance) < 4
+    return (name, int(instance)) if asked else (topic.name, None)
+
+
 def _instance(file: Path, log: Any, topic: Topic) -> Any:
-    """Return the data of a topic's first instance, with a warning of others; or InputError."""
-    found = [each for each in log.data_list if each.name == topic.name]
+    """Return the data of a topic's instance; raises InputError if there is none.
+
+    Warns if there are several and none is named.
+    """
+    name, asked = _instance_of(topic)
+    found = sorted((e for e in log.data_list if e.name == name), key=lambda each: each.multi_id)
     if not found:
         there = {each.name for each in _log(file, None, cut=True).data_list}
-        raise missing_topic(topic, there)
-    taken, *others = sorted(found, key=lambda each: each.multi_id)
-    if others:
-        left_out = ", ".join(str(each.multi_id) for each in others)
+        raise missing_topic(replace(topic, name=name), there)
+    numbers = ", ".join(str(each.multi_id) for each in found)
+    if asked is not None:
+        if taken := [each for each in found if each.multi_id == asked]:
+            return taken[0].data
+        raise InputError(f"{topic} has no instance {asked}; use one of: {numbers}.")
+    if found[1:]:
         warn(
-            f"{printed(file)}: {topic} has several instances; takes {taken.multi_id} and ignores "
-            f"{left_out}.",
+            f"{printed(file)}: {topic} has the instances {numbers}; takes {found[0].multi_id}. "
+            f"Name another as {topic.role}={name}.{found[1].multi_id}.",
             stacklevel=4,
         )
-    return taken.data
+    return found[0].data
 
 
 def _converted(topic: Topic, rows: Array, convert: Any) -> Array:

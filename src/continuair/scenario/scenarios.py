@@ -250,7 +250,7 @@ class Scenario(Immutable):
         arrays = [value for value in values if isinstance(value, np.ndarray)]
         return next((len(array) for array in arrays if array.ndim == 2), None)
 
-    def replace(self, **changes: Any) -> Scenario:
+    def replace(self, **changes: object) -> Scenario:
         """Return a copy with some fields changed.
 
         Parameters
@@ -268,7 +268,8 @@ class Scenario(Immutable):
         InputError
             If a field cannot be used.
         """
-        return dataclasses.replace(self, **changes)
+        fields: dict[str, Any] = changes
+        return dataclasses.replace(self, **fields)
 
     def describe(self) -> dict[str, object]:
         """Return all fields for JSON.

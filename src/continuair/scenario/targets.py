@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from continuair import checks
 from continuair.errors import InputError, shown
@@ -22,8 +23,37 @@ _NOTHING = 1e-9
 DISTANCE = 2.0
 """Desired distance Z_d of the camera [m]: our choice, as the paper does not give one."""
 
-# Axes, in the world, of a camera that points down from a straight arm under a level UAV.
-_DOWN = np.diag([1.0, -1.0, -1.0])
+FROM_ABOVE = (1.0, 0.0, 0.0, 0.0)
+"""Attitude of a camera that points down from a straight arm under a level UAV."""
+
+_UNIT_NORM_TOLERANCE = 1e-3
+
+
+def square(side: float = 0.5) -> Array:
+    """Return the corners of a horizontal square about its centre.
+
+    Parameters
+    ----------
+    side : float, optional
+        Side [m].
+
+    Returns
+    -------
+    ndarray, shape (4, 3)
+        Corners in world axes [m].
+
+    Raises
+    ------
+    InputError
+        If `side` is not above 0.
+
+    Examples
+    --------
+    >>> ca.square(2.0).tolist()
+    [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]]
+    """
+    half = checks.positive("side", side, " [m]") / 2
+    return np.array([[half, half, 0], [-half, half, 0], [-half, -half, 0], [half, -half, 0.0]])
 
 
 @with_known_fields("a target", "give a path and fields by name")
@@ -38,7 +68,10 @@ class Target(Immutable):
     points : array_like, shape (n, 3), optional
         Three or more feature points relative to the centroid, in world axes [m]. Default: `square`.
     distance : float, optional
-        Desired height of the camera above the centroid [m]. It determines the desired image.
+        Desired distance of the camera from the centroid, along its optical axis [m].
+    camera_attitude : array_like, shape (4,), optional
+        Attitude of the camera of the desired image: unit quaternion x y z w from camera axes to
+        world axes. Default: straight down. (0, 0, 0, 1) looks straight up.
 
     Raises
     ------
@@ -47,37 +80,56 @@ class Target(Immutable):
     """
 
     path: Path
-    points: ArrayLike | None = None
+    points: ArrayLike = field(default_factory=square)
     distance: float = DISTANCE
+    camera_attitude: ArrayLike = FROM_ABOVE
 
     def __post_init__(self) -> None:
         if not isinstance(self.path, Path):
             raise InputError(f"path is {shown(self.path)}; give one, such as paths.letter('M').")
         _check_motion(self.path, self.path.duration)
-        points = square() if self.points is None else self.points
-        rows = checks.finite_array(points)
+        rows = checks.finite_array(self.points)
         if rows is None or rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 3:
             raise InputError(
-                f"points is {shown(points)}; give at least 3 points of 3 finite numbers [m]."
+                f"points is {shown(self.points)}; give at least 3 points of 3 finite numbers [m]."
             )
-        if not checks.is_number(self.distance) or not rows[:, 2].max() < self.distance:
+        attitude = checks.vector("camera_attitude", self.camera_attitude, 4)
+        norm = np.linalg.norm(attitude)
+        if abs(norm - 1.0) > _UNIT_NORM_TOLERANCE:
             raise InputError(
-                f"distance is {shown(self.distance)}; give a number above {rows[:, 2].max():g} "
-                "[m], so that all points lie below the camera."
+                f"camera_attitude is {shown(self.camera_attitude)}, of norm {norm:.4g}; give a "
+                "unit quaternion x y z w."
+            )
+        object.__setattr__(self, "camera_attitude", checks.frozen(attitude / norm))
+        nearest = 0.0 - (rows @ self._camera_axes)[:, 2].min()
+        if not checks.is_number(self.distance) or not nearest < self.distance:
+            raise InputError(
+                f"distance is {shown(self.distance)}; give a number above {nearest:g} [m], so that "
+                "all points lie in front of the camera."
             )
         object.__setattr__(self, "points", checks.frozen(rows))
         object.__setattr__(self, "distance", float(self.distance))
 
     @property
+    def _camera_axes(self) -> Array:
+        """Axes (3, 3) of the camera of the desired image in the world, as columns."""
+        return np.asarray(Rotation.from_quat(self.camera_attitude).as_matrix())
+
+    @property
+    def camera_axis(self) -> Array:
+        """Optical axis (3,) of the camera of the desired image, in world axes."""
+        return np.asarray(self._camera_axes[:, 2])
+
+    @property
     def desired(self) -> Array:
-        """Desired image (2n,) in normalised coordinates, from straight above the centroid."""
-        seen = (np.asarray(self.points) - [0.0, 0.0, self.distance]) @ _DOWN
+        """Desired image (2n,) in normalised coordinates."""
+        seen = np.asarray(self.points) @ self._camera_axes + [0.0, 0.0, self.distance]
         return np.asarray(seen[:, :2] / seen[:, 2:]).ravel()
 
     @property
     def depths(self) -> Array:
         """Depths of the points along the camera's axis in the desired image (n,) [m]."""
-        return np.asarray(self.distance - np.asarray(self.points)[:, 2])
+        return np.asarray((np.asarray(self.points) @ self._camera_axes)[:, 2] + self.distance)
 
     def check_until(self, end: float) -> None:
         """Check the path beyond its duration.
@@ -101,13 +153,14 @@ class Target(Immutable):
         Returns
         -------
         dict
-            Name and duration of the path, points and distance.
+            Name and duration of the path, points, distance and camera_attitude.
         """
         return {
             "path": self.path.name,
             "duration": self.path.duration,
             "points": np.asarray(self.points).tolist(),
             "distance": self.distance,
+            "camera_attitude": np.asarray(self.camera_attitude).tolist(),
         }
 
 
@@ -153,30 +206,3 @@ def _jump(path: Path, end: float, count: int, nothing: float) -> float | None:
     rounding = nothing + 1e-12 * np.abs(position).max()
     far = off.max() > rounding + 1e-2 * np.linalg.norm(moved, axis=1).max()
     return float(times[int(np.argmax(off))]) if far else None
-
-
-def square(side: float = 0.5) -> Array:
-    """Return the corners of a horizontal square about its centre.
-
-    Parameters
-    ----------
-    side : float, optional
-        Side [m].
-
-    Returns
-    -------
-    ndarray, shape (4, 3)
-        Corners in world axes [m].
-
-    Raises
-    ------
-    InputError
-        If `side` is not above 0.
-
-    Examples
-    --------
-    >>> ca.square(2.0).tolist()
-    [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]]
-    """
-    half = checks.positive("side", side, " [m]") / 2
-    return np.array([[half, half, 0], [-half, half, 0], [-half, -half, 0], [half, -half, 0.0]])

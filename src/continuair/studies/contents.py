@@ -105,9 +105,10 @@ def damaged(path: Path, error: Exception) -> InputError:
     )
 
 
-def _read(path: Path) -> Contents:
+def _read(path: Path, inside: bool = False) -> Contents:
+    """Read a result folder; if it is inside another, no link to it is followed."""
     marker = path / MARKER
-    if not marker.is_file() or marker.is_symlink():
+    if not marker.is_file() or marker.is_symlink() or (inside and path.is_symlink()):
         raise InputError(
             f"folder is {printed(path)}, which holds no results of continuair; name one that a "
             "study has written with --out."
@@ -130,7 +131,7 @@ def _read(path: Path) -> Contents:
         results,
         _text(path / "table.md"),
         _figures(path, bare(made["files"])),
-        [_read(path / part) for part in sorted(bare(made.get("parts", ())))],
+        [_read(path / part, inside=True) for part in sorted(bare(made.get("parts", ())))],
     )
 
 

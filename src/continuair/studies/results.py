@@ -352,7 +352,11 @@ def _read(marker: Path) -> tuple[str, set[str], set[str]]:
 
 def bare(names: Iterable[Any]) -> set[str]:
     """Return plain file names only, so that a marker cannot refer to files elsewhere."""
-    return {name for name in names if isinstance(name, str) and Path(name).name == name}
+    return {
+        name
+        for name in names
+        if isinstance(name, str) and Path(name).name == name and name not in ("", "..")
+    }
 
 
 def add_file(folder: Path, name: str, text: str) -> Path:

@@ -12,6 +12,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from continuair.sweeps.contained import read_within
+
+NONE = bytes(8)
+"""Stands for the checksum of a unit that is not done."""
+
+LARGEST_FILE = 1 << 29
+"""Largest file of a description [bytes]."""
+
 _OWN = "checksum"
 _FILES = "files"
 # Results depend on these.
@@ -20,7 +28,7 @@ _IDENTITY = ("design_hash", "unit_size", "device", "versions")
 
 def sealed(group: Mapping[str, Any], folder: Path, files: Iterable[str]) -> dict[str, Any]:
     """Return the metadata of a store's group with the checksums of its files, and its own."""
-    attributes = group["attributes"] | {_FILES: {name: _of_file(folder / name) for name in files}}
+    attributes = group["attributes"] | {_FILES: {name: _of_file(folder, name) for name in files}}
     whole = {**group, "attributes": attributes}
     return {**group, "attributes": attributes | {_OWN: _of_group(whole)}}
 
@@ -30,7 +38,7 @@ def damaged_files(group: Mapping[str, Any], folder: Path, name: str) -> list[str
     if group["attributes"].get(_OWN) != _of_group(group):
         return [name]
     expected = group["attributes"][_FILES]
-    return [file for file, checksum in expected.items() if _of_file(folder / file) != checksum]
+    return [file for file, checksum in expected.items() if _of_file(folder, file) != checksum]
 
 
 def of_unit(attributes: Mapping[str, Any], unit: int, content: bytes) -> bytes:
@@ -46,12 +54,10 @@ def _of_group(group: Mapping[str, Any]) -> str:
     return _brief(_canonical({**group, "attributes": attributes})).hex()
 
 
-def _of_file(path: Path) -> str | None:
+def _of_file(folder: Path, name: str) -> str | None:
     """Return the checksum of a file, or None if there is none."""
-    try:
-        return _brief(path.read_bytes()).hex()
-    except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
-        return None
+    content = read_within(folder, name, LARGEST_FILE)
+    return None if content is None else _brief(content).hex()
 
 
 def _canonical(content: object) -> bytes:

@@ -16,27 +16,12 @@ from continuair.flight.resolution import (
     warn_of_overstated_angles,
     warn_of_saturation,
 )
-from continuair.flight.trajectory import COUNTED, ERROR_ESTIMATE, LARGEST_SATURATION
 from continuair.sweeps.design import Design
-from continuair.sweeps.pairs import METRICS, lost_angles
-from continuair.sweeps.units import STATUSES
+from continuair.sweeps.pairs import lost_angles
+from continuair.sweeps.units import MEANINGS
 from continuair.typing import Array
 from continuair.vehicle.layout import EULER_DEVIATIONS
 from continuair.warning import warn
-
-_UNITS: dict[str, tuple[str, str]] = {
-    **METRICS,
-    "tip_x_m": ("m", "tip of the arm at the end, world x"),
-    "tip_y_m": ("m", "tip of the arm at the end, world y"),
-    "tip_z_m": ("m", "tip of the arm at the end, world z"),
-    "status": ("1", "how the run ended: " + ", ".join(f"{k} {v}" for k, v in STATUSES.items())),
-    "end_time": ("s", "time up to which the run is valid"),
-    "error_estimate": (ERROR_ESTIMATE["units"], ERROR_ESTIMATE["long_name"]),
-    "steps": ("1", COUNTED["steps"][1]),
-    "step_error": ("1", "estimated largest error of the tip, in arm lengths, of older stores"),
-    "step": ("s", "integration step"),
-    "largest_saturation": (LARGEST_SATURATION["units"], LARGEST_SATURATION["long_name"]),
-}
 
 _PROVENANCE = ("design_hash", "seed", "machine", "device", "unit_size", "done")
 
@@ -77,7 +62,7 @@ def labelled(design: Design, results: Array, attributes: dict[str, Any]) -> xr.D
     grid = results.reshape(*shape, *results.shape[1:])
     data: dict[str, Any] = {}
     for index, name in enumerate(attributes["quantities"]):
-        units, meaning = _UNITS[name]
+        units, meaning = MEANINGS[name]
         data[name] = ([*dims, "model"], grid[..., index], {"units": units, "long_name": meaning})
     names = list(attributes["quantities"])
     if "error_estimate" in names:

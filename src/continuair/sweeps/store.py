@@ -8,6 +8,7 @@ renamed into place, so that existing files are complete, unless something else h
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import shutil
@@ -19,16 +20,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import zarr
 from numpy.typing import NDArray
 
-from continuair.errors import InputError
-from continuair.files import printed, reason
+from continuair.errors import InputError, shortened
+from continuair.files import DAMAGE, printed, reason
+from continuair.memory import check_memory
 from continuair.sweeps import checksums
-from continuair.sweeps.design import Design, Variable
-from continuair.sweeps.tables import Base
+from continuair.sweeps.contained import is_linked, read_within
+from continuair.sweeps.description import LARGEST_DESCRIPTION, VERSIONS, design_of, problem_of
+from continuair.sweeps.design import Design
+from continuair.sweeps.units import quantities
 from continuair.typing import Array
-from continuair.vehicle.vehicle import Vehicle
 
 FORMAT = 3
 """1 had no checksums; 2, which is read but not resumed, had steps of one length and step_error."""
@@ -38,8 +40,9 @@ _READ = (2, FORMAT)
 METADATA = "zarr.json"
 NEW = ".new-"
 _PARTIAL = re.compile(r"\d+\.[0-9a-f]{32}\.partial")
-_VERSIONS = ("continuair", "warp-lang", "numpy", "scipy")
+_FOLDERS = ("results/c", "done/c", "design")
 _MOST_NAMED = 8
+_LONGEST_REASON = 120
 
 
 class DamagedStore(InputError):
@@ -80,20 +83,26 @@ class Store:
 
     def done(self) -> NDArray[np.bool_]:
         """Return which units are done (units,), damaged or not."""
+        check_memory({"done": float(self.units)})
         folder = self._flag(0).parent
         names = set(os.listdir(folder)) if folder.is_dir() else set()
-        return np.array([str(unit) in names for unit in range(self.units)])
+        found = np.zeros(self.units, bool)
+        units = (int(name) for name in names if name.isdecimal() and str(int(name)) == name)
+        found[[unit for unit in units if unit < self.units]] = True
+        return found
 
     def read(self, unit: int) -> Array | None:
         """Return the results of a unit that is done, or None if it is damaged."""
+        size = 8 * self.size * self.shape[1] * self.shape[2]
         try:
-            flag, content = self._flag(unit).read_bytes(), self._chunk(unit).read_bytes()
+            flag = read_within(self.path, f"done/c/{unit}", len(checksums.NONE))
+            content = read_within(self.path, f"results/c/{unit}/0/0", size)
         except PermissionError as error:
             raise InputError(
                 f"out is {printed(self.path)}, which cannot be read ({reason(error)}); correct "
                 "its permissions."
             ) from None
-        except OSError:
+        if flag is None or content is None or len(content) != size:
             return None
         if flag != checksums.of_unit(self.attributes, unit, content):
             return None
@@ -110,6 +119,7 @@ class Store:
 
         Raises DamagedStore, naming the units.
         """
+        check_memory({"results": 8.0 * math.prod(self.shape)})
         values = np.full(self.shape, np.nan)
         damaged, done = [], 0
         for unit in self._done_units():
@@ -138,6 +148,8 @@ class Store:
         chunk = np.full((self.size, *self.shape[1:]), np.nan, "<f8")
         chunk[: len(block)] = block
         content = chunk.tobytes()
+        if is_linked(self.path, f"results/c/{unit}/0/0"):
+            _remove(self._chunk(unit).parents[1])
         try:
             _replace(self._chunk(unit), content)
             _replace(self._flag(unit), checksums.of_unit(self.attributes, unit, content))
@@ -213,8 +225,8 @@ def open_store(
 def _attributes(path: Path) -> dict[str, Any]:
     """Return the attributes of a store of a known format, if undamaged."""
     try:
-        group = json.loads((path / METADATA).read_bytes())
-    except OSError as error:
+        group = json.loads(read_within(path, METADATA, LARGEST_DESCRIPTION) or b"")
+    except PermissionError as error:
         raise InputError(
             f"out is {printed(path)}, which cannot be read ({reason(error)}); correct its "
             "permissions."
@@ -231,23 +243,27 @@ def _attributes(path: Path) -> dict[str, Any]:
             f"out is {printed(path)}, made by another version of continuair, with other or no "
             "checksums; use that version, or name another folder."
         )
+    if problem := problem_of(attributes):
+        raise _damaged(path, METADATA, problem)
     try:
         damaged = checksums.damaged_files(group, path, METADATA)
-    except OSError as error:
+    except PermissionError as error:
         raise InputError(
             f"out is {printed(path)}, which cannot be read ({reason(error)}); correct its "
             "permissions."
         ) from None
+    damaged += [name for name in _FOLDERS if is_linked(path, name)]
     if damaged:
         raise _damaged(path, damaged[0])
     return attributes
 
 
-def _damaged(path: Path, name: str) -> DamagedStore:
+def _damaged(path: Path, name: str, problem: str = "") -> DamagedStore:
     """Return a DamagedStore for a file of the description."""
+    found = f" ({problem})" if problem else ""
     return DamagedStore(
-        f"out is {printed(path)}, whose {name} is damaged; rewrite it with --repair or "
-        "repair=True, which keeps intact units."
+        f"out is {printed(path)}, whose {printed(name)} is damaged{found}; rewrite it with "
+        "--repair or repair=True, which keeps intact units."
     )
 
 
@@ -267,10 +283,16 @@ def _check_continued(
     if design is not None and attributes["design_hash"] != design.digest:
         raise InputError(
             f"out is {printed(path)}, which has the sweep of another design "
-            f"({attributes['design']['base']['name']}); name another folder, or use that design."
+            f"({printed(str(attributes['design']['base'].get('name')))}); name another folder, or "
+            "use that design."
         )
+    if design is not None and (
+        attributes["models"] != list(design.models)
+        or attributes["quantities"] != list(quantities(design))
+    ):
+        raise _damaged(path, METADATA, "models or quantities are not those of the design")
     here, there = versions(), attributes["versions"]
-    for name in _VERSIONS:
+    for name in VERSIONS:
         if there[name] != here[name] and not any_version:
             raise InputError(
                 f"out is {printed(path)}, which {name} {there[name]} began, but here is "
@@ -285,28 +307,16 @@ def _check_continued(
 
 def _design_of(path: Path, attributes: dict[str, Any]) -> Design:
     """Return the design of a store."""
-    group = zarr.open_group(path / "design", mode="r", use_consolidated=False)
-    numbers = {
-        name: Variable(tuple(array.metadata.dimension_names or ()), array[...])
-        for name, array in group.arrays()
-    }
-    listed = {
-        name: Variable(tuple(dims), np.array(values))
-        for name, (dims, values) in attributes["listed"].items()
-    }
-    variables = {name: {**numbers, **listed}[name] for name in attributes["variables"]}
-    # Older stores have no labels.
-    labels = {name: np.array(each) for name, each in attributes.get("labels", {}).items()}
-    described = attributes["design"]
-    # A store of format 2 has no method: RK4.
-    before = {"method": "RK4"} if attributes["continuair_sweep"] != FORMAT else {}
-    base, vehicle = Base(**before | described["base"]), Vehicle(**described["vehicle"])
-    return Design(base, vehicle, variables, attributes["sizes"], labels)
+    try:
+        return design_of(path, attributes)
+    except DAMAGE as error:
+        why = shortened(" ".join(str(error).split()).rstrip("."), _LONGEST_REASON)
+        raise _damaged(path, "design", why) from None
 
 
 def versions() -> dict[str, str]:
     """Return the versions that results depend on."""
-    return {name: version(name) for name in _VERSIONS}
+    return {name: version(name) for name in VERSIONS}
 
 
 def kind(device: str) -> str:

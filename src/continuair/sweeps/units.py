@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair.errors import InputError
+from continuair.flight.trajectory import COUNTED, ERROR_ESTIMATE, LARGEST_SATURATION
 from continuair.kernels.integrators import TSIT5
 from continuair.kernels.step import STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.design import Design
-from continuair.sweeps.pairs import check_pairs, run_pairs
+from continuair.sweeps.pairs import METRICS, check_pairs, run_pairs
 from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
@@ -23,6 +24,21 @@ REFUSED = -1
 
 STATUSES = {REFUSED: "parameters refused", **STATUS}
 """Status -> meaning."""
+
+MEANINGS: dict[str, tuple[str, str]] = {
+    **METRICS,
+    "tip_x_m": ("m", "tip of the arm at the end, world x"),
+    "tip_y_m": ("m", "tip of the arm at the end, world y"),
+    "tip_z_m": ("m", "tip of the arm at the end, world z"),
+    "status": ("1", "how the run ended: " + ", ".join(f"{k} {v}" for k, v in STATUSES.items())),
+    "end_time": ("s", "time up to which the run is valid"),
+    "error_estimate": (ERROR_ESTIMATE["units"], ERROR_ESTIMATE["long_name"]),
+    "steps": ("1", COUNTED["steps"][1]),
+    "step_error": ("1", "estimated largest error of the tip, in arm lengths, of older stores"),
+    "step": ("s", "integration step"),
+    "largest_saturation": (LARGEST_SATURATION["units"], LARGEST_SATURATION["long_name"]),
+}
+"""Units and meaning of the quantities of a run, also of older stores."""
 
 _ENDS = ("tip_x_m", "tip_y_m", "tip_z_m", "status", "end_time")
 

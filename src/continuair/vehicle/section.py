@@ -13,6 +13,7 @@ from continuair.errors import InputError
 from continuair.vehicle import arc
 from continuair.vehicle.disk import Disk, disks_of
 from continuair.vehicle.fields import ROUNDING, Name, NotNegative, Part, Positive
+from continuair.vehicle.slips import radius_remedy
 
 DRAG_NODES, DRAG_WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Gauss-Legendre nodes and weights on [-1, 1] by which the drag of a section is integrated."""
@@ -106,7 +107,8 @@ class Section(Part):
         if self.given_radius is not None and self.radius > self.length / 2:
             raise InputError(
                 f"radius is {self.radius}, more than half of length {self.length}; "
-                f"give a radius of at most {self.length / 2:g} [m]."
+                f"give a radius of at most {self.length / 2:g} [m]"
+                f"{radius_remedy(self.radius, self.length)}."
             )
         return self
 

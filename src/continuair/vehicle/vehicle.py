@@ -28,6 +28,7 @@ from continuair.vehicle.effect import Effect, check_effects
 from continuair.vehicle.fields import Part, Title
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.section import Section
+from continuair.vehicle.slips import slips
 from continuair.vehicle.uav import Uav
 
 PAPER_VEHICLE = "paper"
@@ -125,6 +126,8 @@ class Vehicle(Part):
         if heavy.any():
             run = int(np.argmax(heavy))
             of = f"run {run}: " if len(heavy) > 1 else ""
+            if likely := slips(self if self.runs is None else self.select(run)):
+                raise CannotHover(f"{of}{likely[0]}")
             raise CannotHover(
                 f"{of}uav.rotors.thrust_limits is {shown(rotors.thrust_limits)}: {rotors.count} "
                 f"rotors lift {lift[run]:.4g} N, but the vehicle weighs {weight[run]:.4g} N; "

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
+import zlib
 from importlib import resources
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 import xarray as xr
 
 from continuair.analysis.importance import importance
-from continuair.errors import InputError
-from continuair.files import printed
+from continuair.errors import InputError, shortened
+from continuair.files import DAMAGE, check_regular, printed, reason, user_path
 from continuair.kernels.dynamics import PLANTS, SIMPLER
 from continuair.studies.atlas.flights import ERRORS, RANGES, load_angle, varied
 from continuair.studies.atlas.loops import LOOP_ERRORS, LOOP_RANGES
@@ -34,6 +36,11 @@ OPEN_SUMMARY, CONTROLLED_SUMMARY = "atlas.npz", "controlled.npz"
 """Summaries that the package ships, of flights in open loop and of vehicles with a loop."""
 
 _LARGEST_LOOP_CELLS = 6
+
+_LARGEST = 1 << 28
+"""Largest unpacked size of a file's arrays [bytes]."""
+
+_LONGEST_REASON = 200
 
 
 def column_group(excitation: str) -> str:
@@ -204,18 +211,49 @@ def load(file: str | os.PathLike[str] | None = None, *, shipped: str = OPEN_SUMM
     if file is None:
         data = resources.files("continuair.studies.atlas").joinpath(shipped).read_bytes()
     else:
+        path = user_path("atlas", file)
+        check_regular("atlas", path)
         try:
-            data = Path(file).read_bytes()
+            data = path.read_bytes()
         except OSError as error:
-            raise InputError(f"atlas is {printed(file)}, which cannot be read ({error}).") from None
+            raise InputError(
+                f"atlas is {printed(file)}, which cannot be read ({reason(error)}); give the "
+                "atlas.npz of a folder of continuair atlas."
+            ) from None
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            header = json.loads(str(arrays["header"]))
-            parts = {name: (dims, arrays[name]) for name, dims in header["dims"].items()}
-    except (ValueError, KeyError, OSError, BadZipFile) as error:
+        return _dataset(data)
+    except (*DAMAGE, EOFError, BadZipFile, zlib.error) as error:
         raise InputError(
-            f"atlas is {printed(file or shipped)}, which is no summary of an atlas ({error}); "
-            "give atlas.npz as continuair atlas writes it."
+            f"atlas is {printed(file or shipped)}, which is no summary of an atlas "
+            f"({shortened(reason(error), _LONGEST_REASON)}); give atlas.npz as continuair atlas "
+            "writes it."
         ) from None
+
+
+def _dataset(data: bytes) -> xr.Dataset:
+    """Return the summary in the content of a file."""
+    _check_sizes(data)
+    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        header = json.loads(str(arrays["header"]))
+        parts = {name: (dims, arrays[name]) for name, dims in header["dims"].items()}
     coords = {name: parts.pop(name) for name in header["coords"]}
     return xr.Dataset(parts, coords, header["attrs"])
+
+
+def _check_sizes(data: bytes) -> None:
+    """Raise ValueError for arrays that unpack to more than a summary can hold."""
+    with ZipFile(io.BytesIO(data)) as arrays:
+        if sum(info.file_size for info in arrays.infolist()) > _LARGEST:
+            raise ValueError(f"its arrays unpack to more than {_LARGEST >> 20} MiB")
+        for info in arrays.infolist():
+            with arrays.open(info) as stream:
+                version = np.lib.format.read_magic(stream)
+                old = version == (1, 0)
+                read = (
+                    np.lib.format.read_array_header_1_0
+                    if old
+                    else (np.lib.format.read_array_header_2_0)
+                )
+                shape, _, dtype = read(stream)
+            if math.prod(shape) * dtype.itemsize > info.file_size:
+                raise ValueError(f"{info.filename} holds fewer numbers than it says")
