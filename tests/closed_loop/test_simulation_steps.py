@@ -246,7 +246,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
         "rotor_command is [1]",
         "no [uav.rotors]; omit it",
     ),
-    "no target": (lambda: simulation().observe(), "target of the scenario is None", "give one"),
+    "no target": (lambda: simulation().observe(), "target of the scenario is None", "give a"),
     "controller": (
         lambda: simulation(scenario=flights.scenario(flights.designed())),
         "controller of the scenario is DPD-SM-IBVS",

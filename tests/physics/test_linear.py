@@ -88,7 +88,7 @@ def test_a_hover_that_flutters_under_the_constant_moment_that_holds_it_is_told()
     q, A = hovering(vehicle, yaw=0.0)
     growth = np.linalg.eigvals(A).real.max()
     assert growth > 0.02
-    with pytest.raises(ca.InputError, match=f"flutters.* 1.98 rad/s, wider by {growth:.2g} 1/s"):
+    with pytest.raises(ca.InputError, match=f"flutters.* 1.98 rad/s.*{growth:.2g}"):
         ca.modes(vehicle, q, base="hovering")
 
 
