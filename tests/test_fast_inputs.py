@@ -77,7 +77,7 @@ def test_functions_that_keep_a_state_or_draw_noise_are_refused() -> None:
 @pytest.mark.parametrize("odd", [np.ma.masked_equal([0.0, -99.0, 0.0], -99.0), [True, 0.0, 0.0]])
 def test_a_function_that_masks_an_entry_or_gives_a_truth_value_is_refused(odd: Any) -> None:
     with pytest.raises(
-        ca.InputError, match="force holds a truth value, a masked entry or a unit at t = 0.1"
+        ca.InputError, match="force returns a boolean, a masked entry or a unit at t = 0.1"
     ):
         ca.simulate(VEHICLE, push(lambda t: odd if t >= 0.1 else [0.0, 0.0, 0.0], jumps=[0.1]))
 

@@ -88,7 +88,7 @@ def test_force_replaces_a_vehicle_of_continuair_and_not_its_other_name() -> None
     write_vehicle(true_vehicle(), "fitted.toml")
     os.link("fitted.toml", "kept.toml")
     kept = Path("kept.toml").read_text()
-    with pytest.raises(ca.InputError, match="is there already"):
+    with pytest.raises(ca.InputError, match="exists already"):
         write_vehicle(true_vehicle().replace({"uav.mass": 3.0}), "fitted.toml")
     write_vehicle(true_vehicle().replace({"uav.mass": 3.0}), "fitted.toml", force=True)
     assert ca.load_vehicle("fitted.toml").uav.mass == 3.0

@@ -140,7 +140,7 @@ def test_the_largest_error_of_the_title_is_that_of_the_table(noise: float, since
     dataset["feature_error"] += 0.5 + 39.5 * between(dataset, 3.0, 4.0)
     found = claims(stated(tracking.errors(dataset, since=since)).partition(";")[0])
     for model in MODELS:
-        zero = {"command": (("time", "input"), np.zeros((dataset.sizes["time"], 8)))}
+        zero = {"command": (("time", "actuator"), np.zeros((dataset.sizes["time"], 8)))}
         flights = [dataset.sel(model=model, letter=each).assign(zero) for each in "ML"]
         entries = [metrics(each, since) for each in flights]
         assert found[model] == short(max(entry["norm_max_px"] for entry in entries))
@@ -152,7 +152,7 @@ def test_the_distances_of_the_title_are_those_of_the_table() -> None:
     dataset = loop()
     dataset["camera_position"] += 0.5 * between(dataset, 3.0, 4.0)
     found = claims(stated(tracking.traces(dataset)).partition(";")[0])
-    zero = {"command": (("time", "input"), np.zeros((dataset.sizes["time"], 8)))}
+    zero = {"command": (("time", "actuator"), np.zeros((dataset.sizes["time"], 8)))}
     for model in MODELS:
         one = dataset.sel(model=model, letter="M").assign(zero)
         assert found[model] == short(1e3 * metrics(one, 5.0)["tip_max_m"])

@@ -73,7 +73,7 @@ def test_a_spin_that_samples_do_not_follow_is_told(fly: Any, rate: float) -> Non
     """Half a turn between samples, and a whole one, which attitudes do not show."""
     q, qd = [0, 0, 5, 0, 0, 0, 0.5, 0.3], [0, 0, 0, 0, 0, rate, 0, 0]
     spin, slender = ca.Scenario("spin", q, qd, duration=0.5), ca.load_vehicle("slender")
-    with pytest.warns(ContinuairWarning, match="samples of 0.1 s do not follow"):
+    with pytest.warns(ContinuairWarning, match="samples of 0.1 s do not resolve"):
         found = fly(spin, 0.1, slender)
     assert np.isnan([found[name] for name in EULER]).all() and np.isfinite(found["angle_rad"])
     followed = fly(spin, 0.002, slender)
