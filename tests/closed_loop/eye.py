@@ -73,3 +73,12 @@ def states(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         ]
     )
     return q, rng.normal(size=(n, 8))
+
+
+def states_above(vehicle: ca.Vehicle, n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """The first n of such states whose camera looks down, as towards a desired image from above."""
+    q, qd = states(4 * n, seed)
+    down = [equations.camera_pose(vehicle, at)[1][2, 2] < 0.0 for at in q]
+    q, qd = q[down][:n], qd[down][:n]
+    assert len(q) == n
+    return q, qd

@@ -48,11 +48,7 @@ def first_pushes(
     controller: ca.Controller,
 ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, Seen]]:
     """Start q and q̇, the first push in the coordinates of the paper, and what was seen."""
-    q, qd = eye.states(4 * STATES, seed=17)
-    # The desired image is from above: other starts are refused.
-    down = [equations.camera_pose(VEHICLE, at)[1][2, 2] < 0.0 for at in q]
-    q, qd = q[down][:STATES], qd[down][:STATES]
-    assert len(q) == STATES
+    q, qd = eye.states_above(VEHICLE, STATES, seed=17)
     targets = []
     for at in q:
         targets.append(ca.Target(moving_from(eye.in_front(VEHICLE, at)), eye.CORNERS))
