@@ -46,8 +46,14 @@ def in_front(vehicle: ca.Vehicle, q: np.ndarray, distance: float = 3.0) -> np.nd
 
 
 def held_before(vehicle: ca.Vehicle, q: np.ndarray) -> list[Target]:
-    """One still target per state, in the middle of its image."""
-    return [Target(paths.hold(in_front(vehicle, at)), CORNERS) for at in q]
+    """One still target per state, in the middle of its image, and desired from where it is seen."""
+    return [before(vehicle, at, paths.hold(in_front(vehicle, at))) for at in q]
+
+
+def before(vehicle: ca.Vehicle, q: np.ndarray, path: paths.Path) -> Target:
+    """A target on a path, desired from the side from which the camera sees it."""
+    attitude = Rotation.from_matrix(equations.camera_pose(vehicle, q)[1])
+    return Target(path, CORNERS, camera_attitude=attitude.as_quat())
 
 
 def in_paper_coordinates(push: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -73,12 +79,3 @@ def states(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
         ]
     )
     return q, rng.normal(size=(n, 8))
-
-
-def states_above(vehicle: ca.Vehicle, n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """The first n of such states whose camera looks down, as towards a desired image from above."""
-    q, qd = states(4 * n, seed)
-    down = [equations.camera_pose(vehicle, at)[1][2, 2] < 0.0 for at in q]
-    q, qd = q[down][:n], qd[down][:n]
-    assert len(q) == n
-    return q, qd

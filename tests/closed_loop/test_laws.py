@@ -48,10 +48,10 @@ def first_pushes(
     controller: ca.Controller,
 ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, Seen]]:
     """Start q and q̇, the first push in the coordinates of the paper, and what was seen."""
-    q, qd = eye.states_above(VEHICLE, STATES, seed=17)
+    q, qd = eye.states(STATES, seed=17)
     targets = []
     for at in q:
-        targets.append(ca.Target(moving_from(eye.in_front(VEHICLE, at)), eye.CORNERS))
+        targets.append(eye.before(VEHICLE, at, moving_from(eye.in_front(VEHICLE, at))))
     scenario = ca.Scenario(
         "moving", q, qd, duration=1e-6, controller=controller, control_period=1e-6, target=targets
     )
