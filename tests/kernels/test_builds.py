@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 import time
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,12 @@ from continuair.engine import builds
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux alone")
 
 
+def alone(monkeypatch: pytest.MonkeyPatch, cores: int) -> None:
+    """As in a process of one thread, on so many cores; those that test have others."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(cores)))
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+
+
 def write_its_process(path: Path) -> None:
     path.write_text(str(os.getpid()))
 
@@ -22,7 +29,7 @@ def write_its_process(path: Path) -> None:
 def test_tasks_run_in_several_processes_and_all_are_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1, 2})
+    alone(monkeypatch, 3)
     files = [tmp_path / str(number) for number in range(5)]
     builds.run_together([partial(write_its_process, file) for file in files])
     processes = [int(file.read_text()) for file in files]
@@ -37,7 +44,7 @@ def test_a_task_that_fails_or_hangs_elsewhere_stops_nothing(
     def fail() -> None:
         raise RuntimeError
 
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1, 2})
+    alone(monkeypatch, 3)
     monkeypatch.setattr(builds, "_HUNG", 0.2)
     own = tmp_path / "own"
     begun = time.monotonic()
@@ -52,7 +59,7 @@ def test_an_interrupt_here_ends_the_other_processes(
     def interrupt() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    alone(monkeypatch, 2)
     begun = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         builds.run_together([interrupt, partial(time.sleep, 60.0)])

@@ -109,4 +109,4 @@ def test_a_camera_that_looks_sideways_has_no_theorem_and_says_so() -> None:
     sideways = ca.load_vehicle("paper").replace({"camera.attitude": [0.0, 0.5**0.5, 0.0, 0.5**0.5]})
     (found,) = judge(["III-D.17"], Evidence(sideways))
     assert found["verdict"] == UNDECIDED
-    assert "amera.attitude is" in found["evidence"] and "quarter turn" in found["evidence"]
+    assert "amera.attitude is" in found["evidence"] and "90°" in found["evidence"]

@@ -68,7 +68,7 @@ class Bare(ca.Term):
 @pytest.mark.parametrize(
     ("term", "words"),
     [
-        (Bare(), "Bare has stiffness"),
+        (Bare(), "Bare annotates stiffness"),
         (Rounded(), "Rounded has the number 0.1"),
         (Untold(), "Untold returns an energy"),
         (Nothing(), "Nothing returns NoneType"),

@@ -7,7 +7,6 @@ import signal
 import sys
 import threading
 import time
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -89,9 +88,12 @@ def run_together(tasks: Sequence[Callable[[], object]]) -> None:
     """Run tasks whose results are files, in as many processes as there are cores.
 
     The first runs in this process. Failures elsewhere are ignored: the caller finds a file missing,
-    and makes it itself. Processes are forked, so that tasks need not be pickled.
+    and makes it itself. Processes are forked, so that tasks need not be pickled. Where other
+    threads run, which may hold locks, nothing is forked, and nothing done.
     """
-    several = min(len(tasks), len(os.sched_getaffinity(0))) if sys.platform == "linux" else 1
+    if sys.platform != "linux" or threading.active_count() > 1:
+        return
+    several = min(len(tasks), len(os.sched_getaffinity(0)))
     if several < 2:
         return
     children = [_forked(tasks[part::several]) for part in range(1, several)]
@@ -111,10 +113,7 @@ def run_together(tasks: Sequence[Callable[[], object]]) -> None:
 
 
 def _forked(tasks: Sequence[Callable[[], object]]) -> int:
-    with warnings.catch_warnings():
-        # Other threads of this process hold no lock that a compiler needs.
-        warnings.simplefilter("ignore", DeprecationWarning)
-        child = os.fork()
+    child = os.fork()
     if child:
         return child
     status = 1
