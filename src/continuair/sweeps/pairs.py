@@ -106,8 +106,7 @@ def run_pairs(
         * ``nrmse_t``, ``nrmse_r``, ``rmse_t_m``, ``rmse_r_rad`` and ``angle_rad`` of `compare`,
           against the coupled run (0 for itself);
         * with a target, ``rms_px``, ``max_px``, and ``ds_max_px`` (of the norm of the feature
-        error,
-          against the coupled run); NaN if a point is behind the camera at a sample;
+          error, against the coupled run); NaN if a point is behind the camera at a sample;
         * ``tip_position`` and ``tip_attitude`` at the end;
         * ``status`` (0: ok; its attributes explain the codes), ``end_time`` [s] and, with rotors,
           ``largest_saturation``;
