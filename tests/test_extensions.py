@@ -24,7 +24,8 @@ def failing(error: BaseException) -> Callable[[], Any]:
 
 
 @pytest.mark.parametrize(
-    "error", [ImportError("no module\nnamed x"), SystemExit(3), InputError("wrong.")]
+    "error",
+    [ImportError("no module\nnamed x"), SystemExit(3), InputError("field", "is wrong", "mend it")],
 )
 def test_commands_of_a_package_that_fails_are_left_out_and_told_in_a_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], error: BaseException

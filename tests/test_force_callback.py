@@ -117,7 +117,7 @@ def test_what_is_no_wrench_is_refused(returned: Any, problem: str) -> None:
 
     with pytest.raises(ca.InputError, match=problem) as caught:
         flown(callback)
-    assert len(caught.value.sentences) == 1
+    assert len(caught.value.errors) == 1
 
 
 def test_what_does_not_call_it_refuses_it() -> None:

@@ -120,7 +120,7 @@ def search(effort: Effort, seed: int, progress: Progress | None = None) -> Searc
         _draw(found, tell)
         if not found.pairs:
             raise InputError(
-                f"draws is {effort.draws}; none is within a factor of 3, so draw more."
+                "draws", f"is {effort.draws}, of which none is within a factor of 3", "draw more"
             )
         starts = _starts(found)
         for number, (start, metrics) in enumerate(starts):

@@ -130,9 +130,12 @@ def _flight(vehicle: Vehicle, scenario: Scenario, model: Model) -> Callable[[], 
         status = alone()
         if status.any():
             raise InputError(
-                f"vehicle {shown(vehicle.name)} fails within {DURATION:g} s at steps of "
-                f"{1e3 * PERIOD:g} ms ({model} model: {STATUS[status.max()]}); give a vehicle "
-                "that these gains stabilise."
+                "vehicle",
+                (
+                    f"{shown(vehicle.name)} fails within {DURATION:g} s at steps of "
+                    f"{1e3 * PERIOD:g} ms ({model} model: {STATUS[status.max()]})"
+                ),
+                "give a vehicle that these gains stabilise",
             )
 
     return fly

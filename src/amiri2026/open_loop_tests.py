@@ -49,8 +49,11 @@ def open_loop_test(name: str, f1: float = 1.0) -> Scenario:
     """
     key = name.strip().upper() if isinstance(name, str) else name
     if not isinstance(key, str) or key not in OPEN_LOOP_TESTS:
-        problem = f"test is {shown(name)}, but must be a letter from A to D"
-        raise InputError(f"{problem}; use one of: {', '.join(OPEN_LOOP_TESTS)}.")
+        raise InputError(
+            "test",
+            f"is {shown(name)}, but must be a letter from A to D",
+            f"use one of: {', '.join(OPEN_LOOP_TESTS)}",
+        )
     f1 = checks.number("f1", f1, least=0.0, otherwise=" [Hz]")
     inputs: dict[str, dict[str, Any]] = {
         "A": {"tau": (100.0, 0, 0, 0, 0, 0, 0, 0)},

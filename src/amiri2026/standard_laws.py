@@ -29,8 +29,9 @@ def check_gains(gains: Gains | None, laws: Collection[str]) -> None:
     """Raise InputError for gains that are for none of the laws."""
     if gains is not None and gains_for(gains) not in laws:
         raise InputError(
-            f"gains is {gains.name}, which is for the law {gains_for(gains)}; fly that law, or "
-            "leave gains out."
+            "gains",
+            f"is {gains.name}, which is for the law {gains_for(gains)}",
+            "fly that law, or leave gains out",
         )
 
 

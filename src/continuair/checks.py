@@ -77,8 +77,12 @@ def repeats(name: str, first: Array, again: Array) -> None:
     """Raise InputError if a repeated evaluation of a function gives other values."""
     if first.shape != again.shape or np.abs(again - first).max() > _SAME * np.abs(first).max():
         raise InputError(
-            f"{name} returns other values for the same times; give a function of time alone, such "
-            "as np.interp over precomputed values, or step a Simulation."
+            name,
+            "returns other values for the same times",
+            (
+                "give a function of time alone, such as np.interp over precomputed "
+                "values, or step a Simulation"
+            ),
         )
 
 
@@ -122,7 +126,7 @@ def number(
     if not is_number(value) or not (value > above and value >= least):
         bound = f" above {above:g}" if above > -math.inf else ""
         bound += f" of at least {least:g}" if least > -math.inf else ""
-        raise InputError(f"{name} is {shown(value)}; give a finite number{bound}{otherwise}.")
+        raise InputError(name, f"is {shown(value)}", f"give a finite number{bound}{otherwise}")
     return float(value)
 
 
@@ -135,7 +139,7 @@ def whole(name: str, value: Any, least: int, most: int | None = None) -> int:
     """Return a whole number between bounds; the upper one is optional."""
     if not is_whole(value) or value < least or (most is not None and value > most):
         bound = f", {least} or more" if most is None else f" from {least} to {most:,}"
-        raise InputError(f"{name} is {shown(value)}; give a whole number{bound}.")
+        raise InputError(name, f"is {shown(value)}", f"give a whole number{bound}")
     return int(value)
 
 
@@ -150,15 +154,18 @@ def seed(value: Any, most: int | None = None) -> int | tuple[int, ...]:
 def flag(name: str, value: Any) -> bool:
     """Return a bool, of Python or NumPy."""
     if not isinstance(value, (bool, np.bool_)):
-        raise InputError(f"{name} is {shown(value)}; give True or False.")
+        raise InputError(name, f"is {shown(value)}", "give True or False")
     return bool(value)
 
 
 def gravity(value: Any) -> float:
     """Return the magnitude of gravity [m/s²]."""
     if not is_number(value) or value < 0:
-        problem = f"gravity is {shown(value)}, but must be a finite number, 0 or more"
-        raise InputError(f"{problem}; give its magnitude [m/s²].")
+        raise InputError(
+            "gravity",
+            f"is {shown(value)}, but must be a finite number, 0 or more",
+            "give its magnitude [m/s²]",
+        )
     return float(value)
 
 
@@ -166,7 +173,7 @@ def choice(name: str, value: object, valid: Iterable[str]) -> str:
     """Return one of the valid names."""
     valid = list(valid)
     if not isinstance(value, str) or value not in valid:
-        raise InputError(f"{name} is {shown(value)}; {nearest(str(value), valid)}.")
+        raise InputError(name, f"is {shown(value)}", nearest(str(value), valid))
     return value
 
 
@@ -175,10 +182,10 @@ def choices(name: str, values: Any, valid: Iterable[_Name]) -> list[_Name]:
     valid = list(valid)
     given: list[Any] = [values] if isinstance(values, str) else list(values)
     if not given:
-        raise InputError(f"{name} is empty; name one or more of {', '.join(valid)}.")
+        raise InputError(name, "is empty", f"name one or more of {', '.join(valid)}")
     for value in given:
         if not isinstance(value, str) or value not in valid:
-            raise InputError(f"{name} holds {shown(value)}; {nearest(str(value), valid)}.")
+            raise InputError(name, f"holds {shown(value)}", nearest(str(value), valid))
     return list(dict.fromkeys(given))
 
 
@@ -189,7 +196,7 @@ def renamed(function: str, given: dict[str, Any], **names: str) -> None:
     """
     for name, value in given.items():
         if name in names:
-            raise InputError(f"{name} is {shown(value)}, but is now called {names[name]}.")
+            raise InputError(name, f"is {shown(value)}, but has a new name", f"use {names[name]}")
         raise TypeError(f"{function}() got an unexpected keyword argument {name!r}")
 
 
@@ -197,8 +204,9 @@ def installed(package: str, extra: str) -> None:
     """Raise InputError, with the extra that installs it, if a package is not installed."""
     if find_spec(package) is None:
         raise InputError(
-            f"{package} is not installed, but this needs it; "
-            f"install it with pip install 'continuair[{extra}]'."
+            package,
+            "is not installed, but this needs it",
+            f"install it with pip install 'continuair[{extra}]'",
         )
 
 
@@ -207,7 +215,7 @@ def row(name: str, value: Any, width: int) -> Array:
     found = finite_array(value)
     if found is None or found.shape not in ((), (width,)):
         numbers = "a finite number" if width == 1 else f"{width} finite numbers"
-        raise InputError(f"{name} is {shown(value)}; give {numbers}.")
+        raise InputError(name, f"is {shown(value)}", f"give {numbers}")
     return np.broadcast_to(found, width).copy()
 
 
@@ -219,7 +227,7 @@ def vector(name: str, value: Any, width: int, *, or_zero: bool = False) -> Array
     found = _zeros_of(value, width) if or_zero else finite_array(value)
     if found is None or found.shape != (width,):
         otherwise = ", or 0 for none" if or_zero else ""
-        raise InputError(f"{name} is {shown(value)}; give {width} finite numbers{otherwise}.")
+        raise InputError(name, f"is {shown(value)}", f"give {width} finite numbers{otherwise}")
     return found
 
 
@@ -233,7 +241,7 @@ def rows(name: str, value: Any, width: int) -> Array:
         or not len(np.atleast_2d(found))
     ):
         raise InputError(
-            f"{name} is {shown(value)}; give {width} finite numbers, rows of them, or 0 for none."
+            name, f"is {shown(value)}", f"give {width} finite numbers, rows of them, or 0 for none"
         )
     return np.atleast_2d(found)
 

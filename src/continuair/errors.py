@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -22,21 +22,72 @@ _MOST_SLIPS = 3
 class InputError(ValueError):
     """An invalid input.
 
-    Each sentence names the field, its value and the remedy. `str(error)` has one sentence per line,
-    in most cases one.
+    `str(error)` is one sentence with the field, its value and the remedy. If several fields are
+    invalid, it has one sentence per line.
 
     Parameters
     ----------
-    *sentences : str
-        Sentences of the message.
+    field : str
+        Dotted path of the field, such as ``"arm.radius"``, or name of the argument.
+    problem : str
+        Value of the field and what is wrong with it, such as ``"is -1, but must be positive"``.
+    remedy : str
+        What to do, such as ``"give a length [m]"``.
+
+    Attributes
+    ----------
+    place : str
+        File, run or worker that the field belongs to; empty if there is none.
+    errors : tuple of InputError
+        Errors of all invalid fields, this one first.
+
+    Examples
+    --------
+    >>> error = InputError("radius", "is -1, but must be positive", "give a length [m]")
+    >>> print(error.within("arm."))
+    arm.radius is -1, but must be positive; give a length [m].
+    >>> error.within("arm.").field
+    'arm.radius'
     """
 
-    def __init__(self, *sentences: str) -> None:
-        super().__init__("\n".join(sentences))
-        self.sentences = tuple(line for text in sentences for line in text.splitlines())
+    def __init__(self, field: str, problem: str, remedy: str) -> None:
+        super().__init__(field, problem, remedy)
+        self.field = field
+        self.problem = problem
+        self.remedy = remedy
+        self.place = ""
+        self._others: tuple[InputError, ...] = ()
+
+    def __str__(self) -> str:
+        return "\n".join(each._sentence() for each in self.errors)
+
+    def _sentence(self) -> str:
+        where = f"{self.place}: " if self.place else ""
+        return f"{where}{self.field} {self.problem}; {self.remedy}."
+
+    @property
+    def errors(self) -> tuple[InputError, ...]:
+        """Errors of all invalid fields, this one first."""
+        return (self, *self._others)
+
+    @staticmethod
+    def joined(errors: Sequence[InputError]) -> InputError:
+        """Return the first error, which names the fields of the others as well.
+
+        Parameters
+        ----------
+        errors : sequence of InputError
+            Errors of one field or several each, at least one.
+
+        Returns
+        -------
+        InputError
+            An error of the class of the first.
+        """
+        return _joined([each for error in errors for each in error.errors])
 
     def within(self, prefix: str) -> InputError:
-        """Return the same error with a prefix before each sentence.
+        """Return the same error with a prefix before each field.
 
         Parameters
         ----------
@@ -48,7 +99,39 @@ class InputError(ValueError):
         InputError
             An error of the same class.
         """
-        return type(self)(*(prefix + sentence for sentence in self.sentences))
+        return _joined([each._moved(prefix + each.field, each.place) for each in self.errors])
+
+    def located(self, place: str) -> InputError:
+        """Return the same error with a place before each sentence.
+
+        Parameters
+        ----------
+        place : str
+            File, run or worker that the fields belong to, such as ``"drone.toml"``.
+
+        Returns
+        -------
+        InputError
+            An error of the same class.
+        """
+        return _joined(
+            [
+                each._moved(each.field, f"{place}: {each.place}" if each.place else place)
+                for each in self.errors
+            ]
+        )
+
+    def _moved(self, field: str, place: str) -> InputError:
+        moved = type(self)(field, self.problem, self.remedy)
+        moved.place = place
+        return moved
+
+
+def _joined(errors: Sequence[InputError]) -> InputError:
+    first, *others = errors
+    joined = first._moved(first.field, first.place)
+    joined._others = tuple(others)
+    return joined
 
 
 class CannotHover(InputError):
@@ -123,26 +206,23 @@ def named_fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
 def input_error(model: type[BaseModel], error: ValidationError) -> InputError:
     """Return an error of pydantic about a `model` as an InputError.
 
-    Sentences start with the field, so that an enclosing model can prepend its own field. A single
+    Its fields are those of the model, so that an enclosing model can prepend its own. A single
     InputError keeps its class.
     """
-    items = error.errors()
-    causes = [item.get("ctx", {}).get("error") for item in items]
-    kind = type(causes[0]) if len(causes) == 1 and isinstance(causes[0], InputError) else InputError
-    return kind(*(line for item in items for line in _sentences(model, item)))
+    return InputError.joined([_error_of(model, item) for item in error.errors()])
 
 
-def _sentences(model: type[BaseModel], item: Any) -> list[str]:
+def _error_of(model: type[BaseModel], item: Any) -> InputError:
     cause = item.get("ctx", {}).get("error")
     field = ".".join(str(key) for key in item["loc"])
     if isinstance(cause, InputError):
-        return list(cause.within(f"{field}." if field else "").sentences)
+        return cause.within(f"{field}.") if field else cause
     name = str(item["loc"][0])
     description = " ".join((named_fields(model)[name].description or "a valid value").split())
     if item["type"] == "missing":
-        return [f"{field} is missing; give {description}."]
+        return InputError(field, "is missing", f"give {description}")
     demand = str(cause) if cause else _demand(item)
-    return [f"{field} is {shown(item['input'])}, but {demand}; give {description}."]
+    return InputError(field, f"is {shown(item['input'])}, but {demand}", f"give {description}")
 
 
 def _demand(item: Any) -> str:

@@ -43,13 +43,15 @@ def scenario(name: str) -> Callable[..., Any]:
     found = entry_points(group="continuair.scenarios", name=name)
     if not found:
         raise InputError(
-            f"no installed package provides scenarios {shown(name)}; install the one that does."
+            "scenarios",
+            f"is {shown(name)}, which no installed package provides",
+            "install the one that does",
         )
     try:
         return next(iter(found)).load()
     except Exception as error:
         raise InputError(
-            f"scenarios {shown(name)} cannot be loaded: {_why(error)}; reinstall their package."
+            "scenarios", f"{shown(name)} cannot be loaded: {_why(error)}", "reinstall their package"
         ) from None
 
 

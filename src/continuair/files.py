@@ -31,18 +31,18 @@ def user_path(name: str, path: str | os.PathLike[str]) -> Path:
     characters. The file itself need not exist.
     """
     if not isinstance(path, (str, os.PathLike)):
-        raise InputError(f"{name} is {shown(path)}, but must be a path; give one as text.")
+        raise InputError(name, f"is {shown(path)}, but must be a path", "give one as text")
     try:
         found = Path(path).expanduser()
     except RuntimeError:
         raise InputError(
-            f"{name} is {printed(path)}, but that user has no home folder here; give the full path."
+            name, f"is {printed(path)}, but that user has no home folder here", "give the full path"
         ) from None
     try:
         here = found.absolute()
     except FileNotFoundError:
         raise InputError(
-            f"{name} is {printed(path)}, but the working directory is gone; change to another."
+            name, f"is {printed(path)}, but the working directory is gone", "change to another"
         ) from None
     try:
         here.stat()
@@ -50,7 +50,7 @@ def user_path(name: str, path: str | os.PathLike[str]) -> Path:
         pass
     except (OSError, ValueError) as error:
         raise InputError(
-            f"{name} is {printed(path)}, which cannot be used ({reason(error)}); give another path."
+            name, f"is {printed(path)}, which cannot be used ({reason(error)})", "give another path"
         ) from None
     return found
 
@@ -58,14 +58,14 @@ def user_path(name: str, path: str | os.PathLike[str]) -> Path:
 def check_regular(name: str, path: Path) -> None:
     """Raise InputError for a device or a pipe, which may be endless."""
     if path.exists() and not (path.is_file() or path.is_dir()):
-        raise InputError(f"{name} is {printed(path)}, a device or a pipe; save it as a file.")
+        raise InputError(name, f"is {printed(path)}, a device or a pipe", "save it as a file")
 
 
 def new_file(name: str, path: str | os.PathLike[str]) -> Path:
     """Return the path of a new file; raise InputError if it exists or cannot be written."""
     found = user_path(name, path)
     if not os.fspath(path) or os.path.lexists(found):
-        raise InputError(f"{name} is {printed(path)!r}, which is not a new file; name another.")
+        raise InputError(name, f"is {printed(path)!r}, which is not a new file", "name another")
     with writing(name, path):
         check_can_be_made(found)
     return found
@@ -78,8 +78,9 @@ def writing(name: str, path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except OSError as error:
         raise InputError(
-            f"{name} is {printed(path)}, which cannot be written ({reason(error)}); name a "
-            "file in an existing folder of yours."
+            name,
+            f"is {printed(path)}, which cannot be written ({reason(error)})",
+            "name a file in an existing folder of yours",
         ) from None
 
 
@@ -132,8 +133,9 @@ def check_version(name: str, path: str | os.PathLike[str], made: str) -> None:
     own = version("continuair")
     if _numbers(made) > _numbers(own):
         raise InputError(
-            f"{name} is {printed(path)}, written by continuair {made}, but this is {own}; "
-            "update continuair."
+            name,
+            f"is {printed(path)}, written by continuair {made}, but this is {own}",
+            "update continuair",
         )
 
 
@@ -160,23 +162,23 @@ def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
     try:
         fields = tomllib.loads(text)
     except RecursionError:
-        raise InputError(_nested(path)) from None
+        raise _nested(path) from None
     except tomllib.TOMLDecodeError as error:
         if name := _table_and_list(text):
             raise InputError(
-                f"{printed(path)}: has both [{name}] and [[{name}]]; write one of them only."
+                printed(path), f"has both [{name}] and [[{name}]]", "write one of them only"
             ) from None
         last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
         problem = str(error).replace("at end of document", last_line)
         raise InputError(
-            f"{printed(path)}: not valid TOML: {problem}; correct that line."
+            printed(path), f"is not valid TOML ({problem})", "correct that line"
         ) from None
     except ValueError:  # Python reads whole numbers of a few thousand digits at most
         raise InputError(
-            f"{printed(path)}: holds a number of thousands of digits; write it as in 1e9."
+            printed(path), "holds a number of thousands of digits", "write it as in 1e9"
         ) from None
     if not _is_shallow(fields, _DEEPEST):
-        raise InputError(_nested(path))
+        raise _nested(path)
     return fields
 
 
@@ -195,8 +197,10 @@ def _is_shallow(value: Any, levels: int) -> bool:
     return levels > 0 and all(_is_shallow(each, levels - 1) for each in inside)
 
 
-def _nested(path: Path) -> str:
-    return f"{printed(path)}: nests more than {_DEEPEST} tables or lists; write them side by side."
+def _nested(path: Path) -> InputError:
+    return InputError(
+        printed(path), f"nests more than {_DEEPEST} tables or lists", "write them side by side"
+    )
 
 
 def _text(path: Path, otherwise: str) -> str:
@@ -204,14 +208,16 @@ def _text(path: Path, otherwise: str) -> str:
     try:
         return path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
-        problem = f"no such file; correct the path{otherwise}"
+        problem, remedy = "does not exist", f"correct the path{otherwise}"
     except IsADirectoryError:
-        problem = "is a directory; give the path of a .toml file in it"
+        problem, remedy = "is a directory", "give the path of a .toml file in it"
     except UnicodeDecodeError as error:
-        problem = f"byte {error.start} is not UTF-8 text; save the file as UTF-8"
+        problem = f"is not UTF-8 text at byte {error.start}"
+        remedy = "save the file as UTF-8"
     except (OSError, ValueError) as error:
-        problem = f"cannot be read ({reason(error)}); correct the path or its permissions"
-    raise InputError(f"{printed(path)}: {problem}.")
+        problem = f"cannot be read ({reason(error)})"
+        remedy = "correct the path or its permissions"
+    raise InputError(printed(path), problem, remedy)
 
 
 @dataclass(frozen=True)
@@ -238,14 +244,16 @@ class Presets:
             return self.folder / f"{name_or_path}.toml"
         if not isinstance(name_or_path, (str, os.PathLike)):
             raise InputError(
-                f"{self.kind} is {shown(name_or_path)}, but must be the name of a preset or a "
-                f"path; {nearest('', self.names())}."
+                self.kind,
+                f"is {shown(name_or_path)}, but must be the name of a preset or a path",
+                nearest("", self.names()),
             )
         path = user_path(self.kind, name_or_path)
         is_name = isinstance(name_or_path, str) and path.suffix != ".toml"
         if is_name and path.name == name_or_path and not os.path.isfile(path):
             raise InputError(
-                f"{self.kind} is {shown(name_or_path)}, but there is no preset of that name; "
-                f"{nearest(str(name_or_path), self.names())}, or give the path of a .toml file."
+                self.kind,
+                f"is {shown(name_or_path)}, but there is no preset of that name",
+                f"{nearest(str(name_or_path), self.names())}, or give the path of a .toml file",
             )
         return path

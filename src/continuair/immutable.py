@@ -22,7 +22,9 @@ class FixedDict(dict[str, Any]):
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
         raise InputError(
-            f"{', '.join(self)} cannot be changed in place; build a new object with other values."
+            ", ".join(self),
+            "cannot be changed in place",
+            "build a new object with other values",
         )
 
     __setitem__ = __delitem__ = __ior__ = _refuse

@@ -30,6 +30,7 @@ def check_memory(needed: Mapping[str, float]) -> None:
     if total > free:
         largest = max(needed, key=lambda name: needed[name])
         raise InputError(
-            f"the results take {total / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free; keep fewer "
-            f"variables than {largest} and others, a coarser sample or fewer runs."
+            "sample",
+            f"gives results of {total / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free",
+            f"keep fewer variables than {largest} and others, a coarser sample or fewer runs",
         )

@@ -138,7 +138,7 @@ def test_results_that_are_damaged_or_not_ours_or_later_are_told_so(
     ):
         with pytest.raises(InputError, match=told) as found:
             ca.read_result(path)
-        assert len(found.value.sentences) == 1
+        assert len(found.value.errors) == 1
 
 
 @pytest.mark.parametrize("suffix", ["glb", "mcap", "csv", "nc", "xml"])

@@ -70,8 +70,8 @@ def paper(
 
     check_json(json)
     if check and (vehicle != "paper" or quick):
-        raise InputError("check is set, but verdicts are recorded only for a whole run of the "
-                         "vehicle paper; leave out --vehicle and --quick.")  # fmt: skip
+        whole = "is set, but verdicts are recorded only for a whole run of the vehicle paper"
+        raise InputError("check", whole, "leave out --vehicle and --quick")
     chosen = None if only is None else [name.strip() for name in only.split(",")]
     command = again("paper", vehicle=vehicle, out=out, only=only, quick=quick)
     with results_in(out, "paper", command) as folder:
@@ -131,8 +131,12 @@ def _judged(
             settle()
         except BrokenProcessPool:
             raise InputError(
-                f"out is {folder and folder.path}, but the process that draws its figures was "
-                "ended from outside; run it again, with more memory."
+                "out",
+                (
+                    f"is {folder and folder.path}, but the process that draws its figures "
+                    "was ended from outside"
+                ),
+                "run it again, with more memory",
             ) from None
         except BaseException:
             writer.shutdown(cancel_futures=True)

@@ -88,8 +88,9 @@ def tune(
     except OSError as error:
         typer.echo(as_toml(found), nl=False)  # a search is long work
         raise InputError(
-            f"out is {out}, which cannot be written ({reason(error)}); the gains are on standard "
-            "output instead."
+            "out",
+            f"is {out}, which cannot be written ({reason(error)})",
+            "the gains are on standard output instead",
         ) from None
     _show_found(found)
     command = again("tracking", vehicle=vehicle, gains=out)

@@ -155,8 +155,12 @@ def fly_theorem(vehicle: Vehicle) -> Theorem:
     still, moving = Target(paths.hold(), triangle()), Target(paths.circle(0.1, 10.0), triangle())
     if abs(np.cos(desired_pose(vehicle, still)[4])) < _UPRIGHT:
         raise InputError(
-            f"camera.attitude is {shown(vehicle.camera.attitude)}, which pitches the UAV by 90° "
-            "to see the target, where Euler rates are singular; give a camera along the arm."
+            "camera.attitude",
+            (
+                f"is {shown(vehicle.camera.attitude)}, which pitches the UAV by 90° to see "
+                "the target, where Euler rates are singular"
+            ),
+            "give a camera along the arm",
         )
     rng = np.random.default_rng(SEED)
     drawn, sound = ([draw(rng) for _ in range(DRAWS)] for draw in (draw_gains, draw_sound_gains))

@@ -113,9 +113,12 @@ def centred(vehicle: Vehicle, target: Target) -> Array:
     tilt = np.arccos(np.cos(q[3]) * np.cos(q[4]))
     if tilt > _STEEPEST:
         raise InputError(
-            f"vehicle {vehicle.name} tilts by {np.degrees(tilt):.3g}° to face the target, more "
-            f"than {np.degrees(_STEEPEST):.3g}°; give it a camera that points along the straight "
-            "arm."
+            "vehicle",
+            (
+                f"{vehicle.name} tilts by {np.degrees(tilt):.3g}° to face the target, more "
+                f"than {np.degrees(_STEEPEST):.3g}°"
+            ),
+            "give it a camera that points along the straight arm",
         )
     return q
 
@@ -150,8 +153,9 @@ def _at_random(vehicle: Vehicle, target: Target, centre: Array, runs: int, seed:
         if sum(map(len, found)) >= runs:
             return np.concatenate(found)[:runs]
     raise InputError(
-        f"vehicle {vehicle.name} sees all target points from fewer than one in {_TRIES} random "
-        "starts; give its camera a wider view."
+        "vehicle",
+        f"{vehicle.name} sees all target points from fewer than one in {_TRIES} random starts",
+        "give its camera a wider view",
     )
 
 

@@ -105,17 +105,19 @@ def region(
 def _checked_rates(rates: Any) -> list[float]:
     found = list(dict.fromkeys(rates))
     if not found:
-        raise InputError("rates is empty; give one or more control rates [Hz].")
+        raise InputError("rates", "is empty", "give one or more control rates [Hz]")
     for rate in found:
         if not checks.is_number(rate) or not 0.0 < rate <= _FASTEST:
             raise InputError(
-                f"rates holds {shown(rate)}; give control rates above 0 and up to "
-                f"{_FASTEST:g} [Hz]."
+                "rates",
+                f"holds {shown(rate)}",
+                f"give control rates above 0 and up to {_FASTEST:g} [Hz]",
             )
     if len({f"{rate:g}" for rate in found}) < len(found):
         raise InputError(
-            f"rates holds {shown(found)}, of which some are written alike; give control rates "
-            "that differ in six digits."
+            "rates",
+            f"holds {shown(found)}, of which some are written alike",
+            "give control rates that differ in six digits",
         )
     return [float(rate) for rate in found]
 

@@ -85,8 +85,9 @@ def fly(
             raise
         if not isinstance(error, CannotHover):
             raise InputError(
-                f"mistakes holds {one.name}, which is not flown: {str(error).rstrip('.')}; leave "
-                "it out, or give another vehicle."
+                "mistakes",
+                f"holds {one.name}, which is not flown: {str(error).rstrip('.')}",
+                "leave it out, or give another vehicle",
             ) from None
     lost = {"rms_px": np.nan, "max_px": np.nan}
     if nominal.uav.rotors is not None:

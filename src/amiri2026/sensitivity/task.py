@@ -180,7 +180,7 @@ def batch(
         try:
             return vehicle.replace({parameter.field: np.asarray(values)}), scenario
         except InputError as error:
-            raise error.within(f"{parameter.name} sweep: ") from None
+            raise error.located(f"{parameter.name} sweep") from None
     q = np.tile(np.asarray(scenario.q), (len(values), 1))
     q[:, parameter.field] = values
     return vehicle, scenario.replace(q=q)

@@ -50,7 +50,9 @@ def points_of(vehicle: Vehicle, *, rotary_inertia: bool, nodes: int) -> Points:
     for s, mass, transverse, axial in zip(*slices(vehicle.arm, nodes), strict=True):
         if mass == 0.0:
             if rotary_inertia and max(transverse, axial) > 0.0:
-                raise InputError("arm.disks has a disk with inertia and mass 0; give it a mass.")
+                raise InputError(
+                    "arm.disks", "has a disk with inertia and mass 0", "give it a mass"
+                )
             continue
         second = np.array([0.5 * axial, 0.5 * axial, transverse - 0.5 * axial])
         if not rotary_inertia:

@@ -59,7 +59,7 @@ def check_flight(test: str, model: str, tolerance: float) -> None:
     checks.choice("test", test, OPEN_LOOP_TESTS)
     checks.choice("model", model, MODELS)
     if checks.positive("tolerance", tolerance) > 1e-2:
-        raise InputError(f"tolerance is {tolerance:g}; give at most 0.01.")
+        raise InputError("tolerance", f"is {tolerance:g}", "give at most 0.01")
 
 
 def sample_times(sample: float, duration: float) -> Array:
@@ -68,7 +68,7 @@ def sample_times(sample: float, duration: float) -> Array:
     count = round(duration / checks.positive("sample", sample, " [s]"))
     if count < 1 or abs(count * sample / duration - 1.0) > 1e-9:
         raise InputError(
-            f"sample is {sample:g} s, which does not divide {duration:g} s; change it."
+            "sample", f"is {sample:g} s, which does not divide {duration:g} s", "change it"
         )
     return np.linspace(0.0, duration, count + 1)
 
@@ -85,8 +85,9 @@ class PrintedModel:
         check_without_drag(vehicle)
         if reading.remark1 and vehicle.arm.kappa_s * vehicle.arm.length > FULL_CIRCLE:
             raise InputError(
-                f"arm.kappa_s is {vehicle.arm.kappa_s:g} 1/m, which bends the arm past a full "
-                "circle; give a smaller one."
+                "arm.kappa_s",
+                f"is {vehicle.arm.kappa_s:g} 1/m, which bends the arm past a full circle",
+                "give a smaller one",
             )
         self.vehicle, self.reading = vehicle, reading
         self.points = points_of(vehicle, rotary_inertia=reading.rotary_inertia, nodes=nodes)

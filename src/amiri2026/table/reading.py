@@ -59,7 +59,7 @@ class Reading:
             elif name != "force_sign":
                 checks.choice(name, getattr(self, name), get_args(meant))
         if checks.whole("force_sign", self.force_sign, -1, 1) == 0:
-            raise InputError("force_sign is 0; give -1, as printed, or 1.")
+            raise InputError("force_sign", "is 0", "give -1, as printed, or 1")
 
     def replace(self, **changes: Any) -> Reading:
         """Return the reading with some choices changed."""

@@ -173,7 +173,7 @@ def _check_size(candidates: int, rounds: int, seed: int) -> None:
     checks.whole("rounds", rounds, 1)
     checks.whole("seed", seed, 0)
     if candidates & (candidates - 1):
-        raise InputError(f"candidates is {candidates}; give a power of two, such as 128.")
+        raise InputError("candidates", f"is {candidates}", "give a power of two, such as 128")
 
 
 def _refine(search: _Search, candidates: int, rounds: int, seed: int) -> None:

@@ -183,7 +183,7 @@ def accelerations(
     arrays = {name: _batch_of(name, *each) for name, each in given.items()}
     lengths = np.linalg.norm(arrays["attitude"], axis=1)
     if not (lengths > 0.0).all():
-        raise InputError("attitude has length 0; give a quaternion x y z w.")
+        raise InputError("attitude", "has length 0", "give a quaternion x y z w")
     arrays["attitude"] = arrays["attitude"] / lengths[:, None]
     n = _runs(vehicle, arrays)
     states, inputs = np.zeros((n, layout.state)), np.zeros((1, n, layout.inputs))
@@ -230,8 +230,9 @@ def _batch_of(name: str, value: Any, one: tuple[int, ...]) -> Array:
         or found.shape[-len(one) :] != one
     ):
         raise InputError(
-            f"{name} is {shown(value)}; give finite numbers of shape {one}, or with a leading axis "
-            "for a batch."
+            name,
+            f"is {shown(value)}",
+            f"give finite numbers of shape {one}, or with a leading axis for a batch",
         )
     return found.reshape(len(found) if found.ndim > len(one) else 1, int(np.prod(one)))
 
@@ -240,11 +241,13 @@ def _check_regular(q: Array, kappa_s: Array) -> None:
     """Raise InputError where Euler angles or the polar bend have no accelerations."""
     if (np.abs(np.cos(q[:, 4])) < _REGULAR).any():
         raise InputError(
-            "q has a pitch of ±π/2, where roll and yaw have no accelerations; give another pitch, "
-            "or use accelerations."
+            "q",
+            "has a pitch of ±π/2, where roll and yaw have no accelerations",
+            "give another pitch, or use accelerations",
         )
     if ((polar_of(q)[0] == 0.0) & (kappa_s == 0.0)).any():
         raise InputError(
-            "q has a bend of 0 while kappa_s is 0, where psi_a has no acceleration; give a bend, "
-            "or a kappa_s above 0."
+            "q",
+            "has a bend of 0 while kappa_s is 0, where psi_a has no acceleration",
+            "give a bend, or a kappa_s above 0",
         )

@@ -54,8 +54,9 @@ def attribution(
     check_scenario(scenario)
     if scenario.controller is not None and scenario.controller.looks:
         raise InputError(
-            f"scenario has the controller {scenario.controller.name}, which uses a target; give "
-            "an open-loop scenario, or a controller without a target."
+            "scenario",
+            f"has the controller {scenario.controller.name}, which uses a target",
+            "give an open-loop scenario, or a controller without a target",
         )
     tolerance = Tolerance(_RTOL)
     flight = prepare(

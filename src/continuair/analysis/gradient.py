@@ -88,14 +88,15 @@ class Gradient:
         """
         found = checks.finite_array(times)
         if found is None or found.ndim != 1 or not found.size or (np.diff(found) <= 0.0).any():
-            raise InputError(f"times is {shown(times)}; give ascending times [s].")
+            raise InputError("times", f"is {shown(times)}", "give ascending times [s]")
         starts = self.times[:-1]
         at = np.abs(starts[:, None] - found).argmin(axis=0)
         off = np.abs(starts[at] - found) > 1e-9 * self.times[-1]
         if off.any():
             raise InputError(
-                f"times has {found[off][0]:g} s, at which no step begins; add it to the "
-                "scenario's jumps."
+                "times",
+                f"has {found[off][0]:g} s, at which no step begins",
+                "add it to the scenario's jumps",
             )
         return {name: np.add.reduceat(each, at, axis=0) for name, each in self.inputs.items()}
 
@@ -161,8 +162,9 @@ def gradient(
     recorder, layout = found.recorder, found.layout
     if found.status != OK:
         raise InputError(
-            f"the flight stops early: {STATUS[found.status]}; give a shorter duration, a shorter "
-            "step or other inputs."
+            "duration",
+            f"is not reached: {STATUS[found.status]}",
+            "give a shorter duration, a shorter step or other inputs",
         )
     recorder.error_estimate = _error_of(found)
     warn_of_errors(recorder.error_estimate, stacklevel=3)
@@ -188,7 +190,7 @@ def _names(fields: Iterable[str]) -> tuple[str, ...]:
         return tuple(dict.fromkeys([fields] if isinstance(fields, str) else fields))
     except TypeError:
         raise InputError(
-            f"fields is {shown(fields)}; give a list of names, such as ['uav.mass']."
+            "fields", f"is {shown(fields)}", "give a list of names, such as ['uav.mass']"
         ) from None
 
 
@@ -197,8 +199,9 @@ def _check_plain(vehicle: Vehicle) -> None:
     for term in terms_of(vehicle):
         if not term.differentiable:
             raise InputError(
-                f"vehicle {shown(vehicle.name)} has {name_of(term)}, which has no gradient; "
-                "remove it, and give forces directly."
+                "vehicle",
+                f"{shown(vehicle.name)} has {name_of(term)}, which has no gradient",
+                "remove it, and give forces directly",
             )
 
 
@@ -207,18 +210,21 @@ def _check_smooth(flight: Flight) -> None:
     scenario = flight.scenario
     if flight.batched:
         raise InputError(
-            f"scenario {shown(scenario.name)} is a batch of {flight.runs}, but a gradient needs "
-            "one run; give one row of each."
+            "scenario",
+            f"{shown(scenario.name)} is a batch of {flight.runs}, but a gradient needs one run",
+            "give one row of each",
         )
     if scenario.controller is not None:
         raise InputError(
-            f"scenario.controller is {scenario.controller.name}, but a gradient needs an open "
-            "loop; remove it, and give inputs."
+            "scenario.controller",
+            f"is {scenario.controller.name}, but a gradient needs an open loop",
+            "remove it, and give inputs",
         )
     if scenario.tau is not None:
         raise InputError(
-            "scenario.tau acts on coordinates that jump, and has no gradient; give force, moment "
-            "and bend_moment."
+            "scenario.tau",
+            "acts on coordinates that jump, and has no gradient",
+            "give force, moment and bend_moment",
         )
 
 
@@ -226,8 +232,9 @@ def _checked(found: object, trajectory: xr.Dataset) -> tuple[float, dict[str, Ar
     """Return the value and the derivatives (samples, columns) that a cost returns."""
     if not (isinstance(found, tuple) and len(found) == 2 and isinstance(found[1], Mapping)):
         raise InputError(
-            f"cost returns {shown(found)}; return a number and a mapping from variables to "
-            "derivatives."
+            "cost",
+            f"returns {shown(found)}",
+            "return a number and a mapping from variables to derivatives",
         )
     given = np.asarray(found[0])
     value = checks.number("the value of cost", given.item() if given.size == 1 else found[0])
@@ -235,15 +242,16 @@ def _checked(found: object, trajectory: xr.Dataset) -> tuple[float, dict[str, Ar
     for name, slope in found[1].items():
         if name not in OF_STATE + OF_TIPS:
             remedy = nearest(str(name), OF_STATE + OF_TIPS)
-            raise InputError(f"cost returns a derivative of {shown(name)}; {remedy}.")
+            raise InputError("cost", f"returns a derivative of {shown(name)}", remedy)
         dims, shape = trajectory[name].dims, trajectory[name].shape
         if isinstance(slope, xr.DataArray) and set(slope.dims) == set(dims):
             slope = slope.transpose(*dims)
         numbers = checks.finite_array(slope)
         if numbers is None or numbers.shape != shape:
             raise InputError(
-                f"cost returns {shown(slope)} as the derivative of {name}; return finite numbers "
-                f"of shape {shape}."
+                "cost",
+                f"returns {shown(slope)} as the derivative of {name}",
+                f"return finite numbers of shape {shape}",
             )
         slopes[name] = numbers.reshape(shape[0], -1)
     return value, slopes

@@ -242,8 +242,9 @@ def _check_powers(vehicle: Vehicle) -> None:
     """Raise InputError for a vehicle with a term whose power V does not include."""
     for name in other_powers(vehicle):
         raise InputError(
-            f"vehicle {shown(vehicle.name)} has {name}, whose power the Lyapunov functions omit; "
-            "remove it."
+            "vehicle",
+            f"{shown(vehicle.name)} has {name}, whose power the Lyapunov functions omit",
+            "remove it",
         )
 
 
@@ -253,29 +254,40 @@ def _gains_of(scenario: Scenario) -> dict[str, Array]:
     if controller is None or controller.law is not law:
         name = shown(scenario) if controller is None else f"has the controller {controller.name}"
         raise InputError(
-            f"scenario {name}; give a Scenario whose controller is one of continuair.servoing "
-            "with constant gains."
+            "scenario",
+            name,
+            "give a Scenario whose controller is one of continuair.servoing with constant gains",
         )
     if controller.integral:
         raise InputError(
-            f"scenario has a controller with integral {controller.integral:g}, which the Lyapunov "
-            "functions omit; give one without."
+            "scenario",
+            (
+                f"has a controller with integral {controller.integral:g}, which the "
+                "Lyapunov functions omit"
+            ),
+            "give one without",
         )
     if controller.believes is not None:
         raise InputError(
-            f"scenario has a controller with the nominal model {shown(controller.believes.name)}, "
-            "which the Lyapunov functions omit; give one without."
+            "scenario",
+            (
+                "has a controller with the nominal model "
+                f"{shown(controller.believes.name)}, which the Lyapunov functions omit"
+            ),
+            "give one without",
         )
     if controller.runs is not None:
         raise InputError(
-            f"scenario has a controller of {controller.runs} runs; give one with the gains of one "
-            "run."
+            "scenario",
+            f"has a controller of {controller.runs} runs",
+            "give one with the gains of one run",
         )
     for field in FIELDS:
         if getattr(scenario, field) is not None:
             raise InputError(
-                f"scenario has {field} beside its controller, whose power the Lyapunov functions "
-                "omit; remove it."
+                "scenario",
+                f"has {field} beside its controller, whose power the Lyapunov functions omit",
+                "remove it",
             )
     return {name: np.asarray(value, float) for name, value in controller.gains.items()}
 
@@ -283,15 +295,18 @@ def _gains_of(scenario: Scenario) -> dict[str, Array]:
 def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: object) -> None:
     """Raise InputError unless a flight is of this vehicle and scenario."""
     if not isinstance(flight, xr.Dataset):
-        raise InputError(f"flight is {shown(flight)}; give a Dataset that simulate returned.")
+        raise InputError("flight", f"is {shown(flight)}", "give a Dataset that simulate returned")
     missing = [name for name in NEEDED if name not in flight.variables]
     if missing:
-        raise InputError(f"flight has no {', '.join(missing)}; simulate it with these variables.")
+        raise InputError(
+            "flight", f"has no {', '.join(missing)}", "simulate it with these variables"
+        )
     flown = flight.attrs.get("vehicle")
     if flown is not None and json.loads(flown) != json.loads(json.dumps(vehicle.describe())):
         raise InputError(
-            f"flight is of another vehicle than {shown(vehicle.name)}; give the vehicle that "
-            "was simulated."
+            "flight",
+            f"is of another vehicle than {shown(vehicle.name)}",
+            "give the vehicle that was simulated",
         )
     targets, runs = (
         len(scenario.targets),
@@ -299,14 +314,19 @@ def _check_flight(vehicle: Vehicle, scenario: Scenario, flight: object) -> None:
     )
     if targets > 1 and runs[-1:] != (targets,):
         raise InputError(
-            f"flight has {runs[-1] if runs else 1} runs, but scenario has {targets} targets; "
-            "give all runs of that scenario."
+            "flight",
+            f"has {runs[-1] if runs else 1} runs, but scenario has {targets} targets",
+            "give all runs of that scenario",
         )
     rows = flight.coords.get(BATCH_ROW)
     if targets > 1 and rows is not None and not np.array_equal(rows, np.arange(targets)):
         raise InputError(
-            f"flight has the runs {shown(rows.to_numpy().tolist())} of its batch, but scenario "
-            f"has {targets} targets; give all its runs, in order."
+            "flight",
+            (
+                f"has the runs {shown(rows.to_numpy().tolist())} of its batch, but "
+                f"scenario has {targets} targets"
+            ),
+            "give all its runs, in order",
         )
     given = flight.attrs.get("scenario")
     if given is not None:
@@ -320,8 +340,9 @@ def _check_targets(scenario: Scenario, flight: xr.Dataset) -> None:
     apart = np.abs(flown - given).max()
     if not apart <= _SAME_VELOCITY * np.abs([flown, np.broadcast_to(given, flown.shape)]).max():
         raise InputError(
-            f"flight has a target velocity up to {apart:.3g} m/s off that of scenario; give the "
-            "scenario that was simulated."
+            "flight",
+            f"has a target velocity up to {apart:.3g} m/s off that of scenario",
+            "give the scenario that was simulated",
         )
 
 
@@ -333,8 +354,12 @@ def _check_scenario(flown: dict[str, Any], given: dict[str, Any]) -> None:
     for field in sorted(given.keys() - {"name", "duration", "rotor_thrust", "rotor_command"}):
         if flown.get(field) != given[field]:
             raise InputError(
-                f"flight is of a scenario whose {field} is {shown(flown.get(field))}, not "
-                f"{shown(given[field])}; give the scenario that was simulated."
+                "flight",
+                (
+                    f"is of a scenario whose {field} is {shown(flown.get(field))}, not "
+                    f"{shown(given[field])}"
+                ),
+                "give the scenario that was simulated",
             )
 
 

@@ -373,18 +373,19 @@ def compare(coupled: xr.Dataset, other: xr.Dataset) -> dict[str, float | Array]:
 def _check_flight(name: str, flight: object) -> None:
     """Raise InputError unless a flight has a tip over time."""
     if not isinstance(flight, xr.Dataset):
-        raise InputError(f"{name} is {shown(flight)}; give a Dataset that simulate returned.")
+        raise InputError(name, f"is {shown(flight)}", "give a Dataset that simulate returned")
     missing = [part for part in ("time", *_TIP) if part not in flight.variables]
     if missing:
         check_arms_flown(name, flight)
         raise InputError(
-            f"{name} has no {' and no '.join(missing)}; simulate it with variables "
-            f"{' and '.join(_TIP)}."
+            name,
+            f"has no {' and no '.join(missing)}",
+            f"simulate it with variables {' and '.join(_TIP)}",
         )
     if "time" not in flight.dims:
-        raise InputError(f"{name} is one sample of a flight; give a flight with some over time.")
+        raise InputError(name, "is one sample of a flight", "give a flight with some over time")
     if not flight.sizes["time"]:
-        raise InputError(f"{name} has no samples; give a flight with some.")
+        raise InputError(name, "has no samples", "give a flight with some")
 
 
 def _in_order(flight: xr.Dataset) -> xr.Dataset:
@@ -417,8 +418,9 @@ def _check_alike(coupled: xr.Dataset, other: xr.Dataset) -> None:
     if many or apart > _SAME_TIME * np.abs(wanted).max():
         off = "" if many else f", by up to {apart:.2g} s"
         raise InputError(
-            f"other has {len(given)} samples that differ from those of coupled ({len(wanted)}){off}"
-            "; simulate both with the same sample and duration."
+            "other",
+            f"has {len(given)} samples that differ from those of coupled ({len(wanted)}){off}",
+            "simulate both with the same sample and duration",
         )
     for name in dict.fromkeys(("run", "arm", *_flights_along(coupled), *_flights_along(other))):
         _check_same_labels(name, coupled, other)
@@ -433,15 +435,17 @@ def _check_same_labels(name: str, coupled: xr.Dataset, other: xr.Dataset) -> Non
         held = [f"a single {each}{along}" if size is None else f"{size} {of}" for size in sizes]
         many = "coupled" if sizes[0] is not None else "other"
         raise InputError(
-            f"other has {held[1]}, but coupled {held[0]}; give the same {of}, as in "
-            f"{many}.isel({name}=0)."
+            "other",
+            f"has {held[1]}, but coupled {held[0]}",
+            f"give the same {of}, as in {many}.isel({name}=0)",
         )
     if all(name in flight.coords for flight in (coupled, other)):
         given, wanted = (np.ravel(flight[name]) for flight in (other, coupled))
         if not np.array_equal(given, wanted):
             raise InputError(
-                f"other has the {of} {shown(given.tolist())}, but coupled "
-                f"{shown(wanted.tolist())}; give the same {of} in the same order."
+                "other",
+                f"has the {of} {shown(given.tolist())}, but coupled {shown(wanted.tolist())}",
+                f"give the same {of} in the same order",
             )
 
 

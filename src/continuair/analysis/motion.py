@@ -117,7 +117,7 @@ def motion_of(flight: object, vehicle: Vehicle | None = None) -> Motion:
     end = int(np.argmin(np.append(valid.all(axis=1), False)))
     if end == 0:
         raise InputError(
-            "flight has no finite sample at its start; give a flight that did not fail at once."
+            "flight", "has no finite sample at its start", "give a flight that did not fail at once"
         )
     return Motion(flown, time, position, attitude, bend, given).rows(slice(end))
 
@@ -132,8 +132,12 @@ def poses(flight: xr.Dataset, vehicle: Vehicle) -> tuple[Array, Array, Array]:
     bend = bend if "section" in bend.dims else bend.expand_dims("section")
     if bend.sizes["section"] != vehicle.sections:
         raise InputError(
-            f"flight has {bend.sizes['section']} sections, but vehicle {shown(vehicle.name)} has "
-            f"{vehicle.sections}; give the vehicle that was simulated."
+            "flight",
+            (
+                f"has {bend.sizes['section']} sections, but vehicle {shown(vehicle.name)} "
+                f"has {vehicle.sections}"
+            ),
+            "give the vehicle that was simulated",
         )
     place = flight["position"].transpose(..., "time", "axis")
     attitude = flight["attitude"].transpose(..., "time", "quaternion")
@@ -164,7 +168,7 @@ def over_time(flight: object) -> xr.Dataset:
     The position may be among the coordinates q.
     """
     if not isinstance(flight, xr.Dataset):
-        raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
+        raise InputError("flight", f"is {shown(flight)}", "give a Dataset of continuair.simulate")
     if "position" not in flight and "q" in flight:
         q = flight["q"]
         place = q.isel(coordinate=slice(3))
@@ -172,7 +176,9 @@ def over_time(flight: object) -> xr.Dataset:
             # In this order, however they were selected.
             place = q.isel(coordinate=q.indexes["coordinate"].get_indexer(list("xyz")))
             if place["coordinate"].to_numpy().tolist() != list("xyz"):
-                raise InputError("flight lacks coordinates x, y or z; give all that was simulated.")
+                raise InputError(
+                    "flight", "lacks coordinates x, y or z", "give all that was simulated"
+                )
         place = place.rename(coordinate="axis").assign_coords(axis=list("xyz"))
         flight = flight.assign(position=place)
     if "bend" not in flight and any(not vehicle.arms for vehicle in vehicles_of(flight)):
@@ -181,8 +187,9 @@ def over_time(flight: object) -> xr.Dataset:
     for name, last in _NEEDED.items():
         if name not in flight or not {"time", last} <= set(flight[name].dims):
             raise InputError(
-                f"flight has no {name} over time; give a result of continuair.simulate with "
-                "position, attitude and bend."
+                "flight",
+                f"has no {name} over time",
+                "give a result of continuair.simulate with position, attitude and bend",
             )
     _check_times(flight)
     return flight
@@ -194,8 +201,9 @@ def _check_times(flight: xr.Dataset) -> None:
     if not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
         at = int(np.argmin(np.append(True, np.diff(times) > 0.0) & np.isfinite(times)))
         raise InputError(
-            f"time is {times[at]:.6g} at sample {at}, but must be finite and increasing; sort the "
-            "samples, as with flight.sortby('time')."
+            "time",
+            f"is {times[at]:.6g} at sample {at}, but must be finite and increasing",
+            "sort the samples, as with flight.sortby('time')",
         )
 
 
@@ -207,7 +215,7 @@ def check_turns(name: str, attitude: Array) -> None:
     length = np.linalg.norm(attitude, axis=-1)
     if (np.abs(length - 1.0) > _OFF_UNIT).any():
         odd = float(length[np.abs(length - 1.0) > _OFF_UNIT][0])
-        raise InputError(f"{name} has a quaternion of length {odd:.4g}; give unit quaternions.")
+        raise InputError(name, f"has a quaternion of length {odd:.4g}", "give unit quaternions")
 
 
 def _check_tips(
@@ -228,8 +236,12 @@ def _check_tips(
     off = float(np.nan_to_num(np.abs(logged - tips)).max(initial=0.0)) if same else np.inf
     if off > allowed:
         raise InputError(
-            f"vehicle is {shown(vehicle.name)}, whose tips are {off:.3g} m from the flight's "
-            "tip_position; give the vehicle that was simulated."
+            "vehicle",
+            (
+                f"is {shown(vehicle.name)}, whose tips are {off:.3g} m from the flight's "
+                "tip_position"
+            ),
+            "give the vehicle that was simulated",
         )
 
 
@@ -242,8 +254,12 @@ def _check_arms(flight: xr.Dataset, vehicle: Vehicle) -> None:
         off = float(np.abs(flown - given).max(initial=0.0)) if same else np.inf
         if off > allowed:
             raise InputError(
-                f"vehicle is {shown(vehicle.name)}, whose straight arms end {off:.3g} m from those "
-                "of the flight; give the vehicle that was simulated."
+                "vehicle",
+                (
+                    f"is {shown(vehicle.name)}, whose straight arms end {off:.3g} m from "
+                    "those of the flight"
+                ),
+                "give the vehicle that was simulated",
             )
 
 
@@ -262,9 +278,9 @@ def _check_one_flight(flight: xr.Dataset) -> None:
     if extra:
         count = " and ".join(f"{flight.sizes[dim]} by {dim}" for dim in extra)
         given = ", ".join(f"{dim}=0" for dim in extra)
-        raise InputError(f"flight has {count}; select one, as in flight.isel({given}).")
+        raise InputError("flight", f"has {count}", f"select one, as in flight.isel({given})")
     if "time" not in flight.coords:
-        raise InputError("flight has no coordinate time; keep it.")
+        raise InputError("flight", "has no coordinate time", "keep it")
 
 
 def _labelled(

@@ -28,7 +28,10 @@ def doubts(vehicle: Vehicle) -> list[str]:
 
     If a value seems to be in another unit, sentences that combine it with others are left out.
     """
-    likely, alone = slips(vehicle), [*_of_rotors(vehicle), *_of_sections(vehicle)]
+    likely, alone = (
+        [str(slip) for slip in slips(vehicle)],
+        [*_of_rotors(vehicle), *_of_sections(vehicle)],
+    )
     if likely:
         return likely + alone
     together = [*_of_uav(vehicle), *_of_places(vehicle), *_of_lift(vehicle), *_of_sag(vehicle)]

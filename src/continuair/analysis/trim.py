@@ -129,8 +129,9 @@ def _free_bend(vehicle: Vehicle, needed: Callable[[Array], Array]) -> Array:
     found = balance(lambda x: needed(x / unit) / unit, largest)
     if found is None:
         raise InputError(
-            "gravity and tip_wrench: no stable equilibrium below a full circle was found; reduce "
-            "them, or give the bend."
+            "gravity",
+            "and tip_wrench: no stable equilibrium below a full circle was found",
+            "reduce them, or give the bend",
         )
     return np.asarray(found / unit)
 

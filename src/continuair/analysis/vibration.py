@@ -162,12 +162,19 @@ def _check_vibrates(squares: np.ndarray, at: np.ndarray) -> None:
     if (grows & (squares.real > 0.0)).any():
         rate = np.sqrt(squares[grows]).max()
         raise InputError(
-            f"q is {shown(at)}, where the hovering vehicle flutters at {rate.real:.3g} rad/s, "
-            f"growing by {abs(rate.imag):.2g} 1/s; mount the arm nearer the centre, or add a "
-            "controller."
+            "q",
+            (
+                f"is {shown(at)}, where the hovering vehicle flutters at {rate.real:.3g} "
+                f"rad/s, growing by {abs(rate.imag):.2g} 1/s"
+            ),
+            "mount the arm nearer the centre, or add a controller",
         )
     if not (squares.real > 0.0).all():
         raise InputError(
-            f"q is {shown(at)}, where the vehicle buckles or topples; give a configuration near a "
-            "stable equilibrium: a hanging or stiffer arm, or less gravity."
+            "q",
+            f"is {shown(at)}, where the vehicle buckles or topples",
+            (
+                "give a configuration near a stable equilibrium: a hanging or stiffer "
+                "arm, or less gravity"
+            ),
         )

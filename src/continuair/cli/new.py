@@ -77,8 +77,9 @@ def _path(file: str) -> Path:
     """Return the new file, whose name must be valid for a vehicle; raises InputError."""
     if Path(file).suffix != ".toml":
         raise InputError(
-            f"file is {shown(file)}, but vehicles are .toml files; give it a name such as "
-            "my_drone.toml."
+            "file",
+            f"is {shown(file)}, but vehicles are .toml files",
+            "give it a name such as my_drone.toml",
         )
     return new_file("file", file)
 
@@ -102,8 +103,9 @@ def _answered(outline: Outline) -> Outline:
             except typer.Abort:
                 typer.echo(err=True)
                 raise InputError(
-                    f"{field} is not answered, since the input has ended; answer it, or take every "
-                    "default with --yes."
+                    field,
+                    "is not answered, since the input has ended",
+                    "answer it, or take every default with --yes",
                 ) from None
             try:
                 outline = replace(outline, **{field: _read(field, answer, type(default))})
@@ -119,4 +121,4 @@ def _read(field: str, answer: str, kind: type) -> Any:
         return kind(answer)
     except ValueError:
         noun = "a whole number" if kind is int else "a number, such as 0.5"
-        raise InputError(f"{field} is {shown(answer)}; give {noun}.") from None
+        raise InputError(field, f"is {shown(answer)}", f"give {noun}") from None

@@ -45,7 +45,7 @@ JsonOption = Annotated[
 def out_folder(text: str) -> Path:
     """Return the folder that --out names; raises InputError."""
     if not text:
-        raise InputError("out is empty; name a folder, such as results (. is this one).")
+        raise InputError("out", "is empty", "name a folder, such as results (. is this one)")
     return user_path("out", text)
 
 
@@ -109,7 +109,7 @@ def refuse_unread(why: str, **options: object) -> None:
     """Raise InputError, with the reason, for a given option that would have no effect."""
     for name, value in options.items():
         if value is not None:
-            raise InputError(f"{name} is {value}, but {why}.")
+            raise InputError(name, f"is {value}, but {why}", "leave it out")
 
 
 def tell_where(out: str | None) -> None:
@@ -145,7 +145,7 @@ def check_json(json: str | None) -> None:
     if json in (None, "-"):
         return
     if not json:
-        raise InputError("json is empty; name a file, or - for standard output.")
+        raise InputError("json", "is empty", "name a file, or - for standard output")
     path = user_path("json", json)
     try:
         if path.is_symlink() and not path.exists():
@@ -154,8 +154,9 @@ def check_json(json: str | None) -> None:
             raise _unusable(json, "Is a directory")
         if path.is_file() and not _is_ours(path):
             raise InputError(
-                f"json is {printed(json)}, a file that continuair has not written; name another, "
-                "or remove it."
+                "json",
+                f"is {printed(json)}, a file that continuair has not written",
+                "name another, or remove it",
             )
         if not path.parent.is_dir():
             raise _unusable(json, "No such folder")
@@ -207,5 +208,8 @@ def _is_ours(path: Path) -> bool:
 
 
 def _unusable(json: str, why: str) -> InputError:
-    problem = f"json is {printed(json)}, which cannot be written ({why})"
-    return InputError(f"{problem}; name a file that you may write.")
+    return InputError(
+        "json",
+        f"is {printed(json)}, which cannot be written ({why})",
+        "name a file that you may write",
+    )

@@ -59,7 +59,9 @@ def sweep(
 def _shard(text: str) -> tuple[int, int]:
     numbers = text.split("/")
     if len(numbers) != 2 or not all(number.isdecimal() for number in numbers):
-        raise InputError(f"shard is {shown(text)}; give i/n, such as 1/4 for the first of four.")
+        raise InputError(
+            "shard", f"is {shown(text)}", "give i/n, such as 1/4 for the first of four"
+        )
     return int(numbers[0]), int(numbers[1])
 
 

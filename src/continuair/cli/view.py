@@ -82,7 +82,7 @@ def _scene(result: str, name: str | None) -> tuple[Scene, str]:
         vehicle = load_vehicle(result)
         if name is not None:
             raise InputError(
-                f"flight is {name!r}, but {result} is a vehicle, which flies one; leave it out."
+                "flight", f"is {name!r}, but {result} is a vehicle, which flies one", "leave it out"
             )
         return _flown(vehicle)
     flights = recorded(path)

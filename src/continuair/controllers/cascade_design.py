@@ -82,7 +82,7 @@ class Design:
         most = max(borne)
         if most < self.latency:
             at = tried[borne.index(most)][0]
-            raise InputError(_unstable(at, most, self.latency, self.lag, len(self.postures) > 1))
+            raise _unstable(at, most, self.latency, self.lag, len(self.postures) > 1)
         # Take the fastest with half of the largest margin, as slower ones gain little.
         first = next(i for i, each in enumerate(borne) if each >= 0.5 * (self.latency + most))
         return tried[first][0], self.gains(*tried[first]), borne[first]
@@ -146,9 +146,8 @@ class Design:
 
 def _unstable(
     bandwidths: dict[str, Any], bears: float, latency: float, lag: float, bent: bool
-) -> str:
-    """Return the message for an unstable loop; bent: arms have several postures."""
-    at = f"attitude_bandwidth is {bandwidths['attitude']:.3g} rad/s"
+) -> InputError:
+    """Return the error for an unstable loop; bent: arms have several postures."""
     with_lag = f" with a rotor lag of {lag:.3g} s" if lag else ""
     vehicle = "the hovering vehicle" + (", its arms held straight and bent," if bent else "")
     margin = (
@@ -157,8 +156,10 @@ def _unstable(
         if bears >= 0.0
         else f"{vehicle} is unstable{with_lag} at any latency"
     )
-    return (
-        f"{at}, position_bandwidth {bandwidths['position']:.3g} and bend_bandwidth "
-        f"{bandwidths['bend'].max():.3g}, with which {margin}; give lower bandwidths, less latency "
-        "or a higher rate, or arms that hang free their damping."
+    return InputError(
+        "attitude_bandwidth",
+        f"is {bandwidths['attitude']:.3g} rad/s, position_bandwidth {bandwidths['position']:.3g} "
+        f"and bend_bandwidth {bandwidths['bend'].max():.3g}, with which {margin}",
+        "give lower bandwidths, less latency or a higher rate, or arms that hang free their "
+        "damping",
     )

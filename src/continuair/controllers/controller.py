@@ -94,10 +94,10 @@ class Controller(Immutable):
 
     def __post_init__(self) -> None:
         if not callable(self.law):
-            raise InputError(f"law is {shown(self.law)}; give a function of the device code.")
+            raise InputError("law", f"is {shown(self.law)}", "give a function of the device code")
         if not isinstance(self.gains, Mapping):
             raise InputError(
-                f"gains is {shown(self.gains)}; give a value by name for every field of Gains."
+                "gains", f"is {shown(self.gains)}", "give a value by name for every field of Gains"
             )
         gains = {name: self._gain(name, value) for name, value in self.gains.items()}
         object.__setattr__(self, "gains", FixedDict(gains))
@@ -110,24 +110,32 @@ class Controller(Immutable):
             checks.positive("period", self.period, " [s], or None for the scenario's")
         if checks.number("latency", self.latency, least=0.0) and not self.guided:
             raise InputError(
-                f"latency is {shown(self.latency)}, but the controller {self.name} is not guided, "
-                "and acts at once; give 0, or guided=True and a law with a Memory."
+                "latency",
+                (
+                    f"is {shown(self.latency)}, but the controller {self.name} is not "
+                    "guided, and acts at once"
+                ),
+                "give 0, or guided=True and a law with a Memory",
             )
         if self.guided and self.period is None:
             raise InputError(
-                f"period is None, but the controller {self.name} is guided; give seconds."
+                "period", f"is None, but the controller {self.name} is guided", "give seconds"
             )
         if checks.number("integral", self.integral, least=0.0) and (self.guided or not self.looks):
             raise InputError(
-                f"integral is {shown(self.integral)}, but the controller {self.name} sums up no "
-                "error of the image; give 0."
+                "integral",
+                (
+                    f"is {shown(self.integral)}, but the controller {self.name} sums up no "
+                    "error of the image"
+                ),
+                "give 0",
             )
 
     def _gain(self, name: str, value: Any) -> np.ndarray:
         found = checks.finite_array(value)
         if found is None:
             raise InputError(
-                f"{name} of the controller {self.name} is {shown(value)}; give finite gains."
+                name, f"of the controller {self.name} is {shown(value)}", "give finite gains"
             )
         return checks.frozen(found)
 
@@ -171,8 +179,12 @@ class Controller(Immutable):
             gain = gain if self.runs is None else gain[min(run, self.runs - 1)]
             if not np.allclose(gain, value, rtol=1e-6, atol=1e-6 * np.abs(value).max()):
                 raise InputError(
-                    f"vehicle has {name} {shown(_plain(value))}, but the controller {self.name} "
-                    f"has gains for {shown(_plain(gain))}; make the controller for this vehicle."
+                    "vehicle",
+                    (
+                        f"has {name} {shown(_plain(value))}, but the controller "
+                        f"{self.name} has gains for {shown(_plain(gain))}"
+                    ),
+                    "make the controller for this vehicle",
                 )
 
     def describe(self) -> dict[str, object]:
@@ -210,47 +222,55 @@ def stack(controllers: Sequence[Controller]) -> Controller:
         or not controllers
         or any(not isinstance(c, Controller) for c in controllers)
     ):
-        raise InputError(f"controllers is {shown(controllers)}; give one Controller per run.")
+        raise InputError("controllers", f"is {shown(controllers)}", "give one Controller per run")
     first = controllers[0]
     for other in controllers:
         if other.runs is not None:
             raise InputError(
-                f"controllers holds {other.name} for {other.runs} runs already; give one "
-                "Controller per run, each of one run."
+                "controllers",
+                f"holds {other.name} for {other.runs} runs already",
+                "give one Controller per run, each of one run",
             )
         if other.law is not first.law:
             raise InputError(
-                f"controllers holds the laws {first.name} and {other.name}; stack controllers of "
-                "one law."
+                "controllers",
+                f"holds the laws {first.name} and {other.name}",
+                "stack controllers of one law",
             )
         for name in {**first.gains, **other.gains}:
             one, two = (np.shape(c.gains.get(name, ())) for c in (first, other))
             if one != two:
                 raise InputError(
-                    f"controllers holds gains {name} of shapes {one} and {two}; stack controllers "
-                    "for as many points each."
+                    "controllers",
+                    f"holds gains {name} of shapes {one} and {two}",
+                    "stack controllers for as many points each",
                 )
         if other.integral != first.integral:
             raise InputError(
-                f"controllers have integral {first.integral:g} and {other.integral:g}; give all of "
-                "them the same."
+                "controllers",
+                f"have integral {first.integral:g} and {other.integral:g}",
+                "give all of them the same",
             )
         for name in ("looks", "guided", "asks", "at_limits", "bandwidths"):
             one, two = (getattr(each, name) for each in (first, other))
             if one != two:
                 raise InputError(
-                    f"controllers have {name} {one} and {two}; give all of them the same."
+                    "controllers", f"have {name} {one} and {two}", "give all of them the same"
                 )
         if other.believes is not first.believes:
             raise InputError(
-                "controllers have different nominal models; stack them first, and call believing "
-                "with a batch."
+                "controllers",
+                "have different nominal models",
+                "stack them first, and call believing with a batch",
             )
         if (other.period, other.latency) != (first.period, first.latency):
             raise InputError(
-                f"controllers act every {first.period} s, {first.latency} s late, and every "
-                f"{other.period} s, {other.latency} s late; give all of them the same rate and "
-                "latency."
+                "controllers",
+                (
+                    f"act every {first.period} s, {first.latency} s late, and every "
+                    f"{other.period} s, {other.latency} s late"
+                ),
+                "give all of them the same rate and latency",
             )
     gains = {
         name: np.stack([np.asarray(c.gains[name]) for c in controllers]) for name in first.gains
@@ -281,8 +301,12 @@ def gain_matrix(name: str, value: ArrayLike, size: int) -> np.ndarray:
     array = checks.finite_array(value)
     if array is None or array.shape not in ((), (size,), (size, size)):
         raise InputError(
-            f"{name} is {shown(value)}; give a finite number, {size} of them, or {size} rows of "
-            f"{size} (twice the number of feature points)."
+            name,
+            f"is {shown(value)}",
+            (
+                f"give a finite number, {size} of them, or {size} rows of {size} (twice "
+                "the number of feature points)"
+            ),
         )
     return definite(name, array if array.ndim == 2 else array * np.eye(size))
 
@@ -292,14 +316,15 @@ def definite(name: str, matrices: np.ndarray) -> np.ndarray:
     turned = matrices.swapaxes(-1, -2)
     off, largest = (np.abs(each).max((-2, -1)) for each in (matrices - turned, matrices))
     if (off > 1e-9 * largest).any():
-        raise InputError(f"{name} is not symmetric; give a symmetric positive definite matrix.")
+        raise InputError(name, "is not symmetric", "give a symmetric positive definite matrix")
     # Halves first: the sum of large ones may be infinite.
     symmetric: np.ndarray = matrices / 2 + turned / 2
     smallest = np.linalg.eigvalsh(symmetric)[..., :1].ravel()
     if not (smallest > 0.0).all():
         raise InputError(
-            f"{name} has the eigenvalue {smallest[~(smallest > 0.0)][0]:.6g}; give a symmetric "
-            "positive definite gain."
+            name,
+            f"has the eigenvalue {smallest[~(smallest > 0.0)][0]:.6g}",
+            "give a symmetric positive definite gain",
         )
     return symmetric
 

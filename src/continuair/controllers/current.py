@@ -80,8 +80,12 @@ def current_gains(
         made = np.isfinite([np.square(ω), floor, 2.0 * ζ * ω]).all()
     if not made:
         raise InputError(
-            f"bandwidth is {shown(ω)}, which with damping_ratio {shown(ζ)} and conditioning "
-            f"{shown(μ)} gives gains that no number holds; give values nearer to 1."
+            "bandwidth",
+            (
+                f"is {shown(ω)}, which with damping_ratio {shown(ζ)} and conditioning "
+                f"{shown(μ)} gives gains that no number holds"
+            ),
+            "give values nearer to 1",
         )
     return CurrentGains(inertia, float(ω), ζ, share, float(floor), _cap(cap))
 
@@ -90,7 +94,7 @@ def _cap(given: Any) -> tuple[float, float]:
     found = checks.finite_array(given)
     if found is None or found.shape != (2,) or not (found > 0.0).all():
         raise InputError(
-            f"cap is {shown(given)}; give a distance [m] and an angle [rad], both above 0."
+            "cap", f"is {shown(given)}", "give a distance [m] and an angle [rad], both above 0"
         )
     return float(found[0]), float(found[1])
 

@@ -155,8 +155,9 @@ def flight_controller(
     period = 1.0 / checks.positive("rate", rate, " [Hz]")
     if rate > _FASTEST:
         raise InputError(
-            f"rate is {shown(rate)}; give at most {_FASTEST:g} [Hz], beyond which its margin takes "
-            "minutes to find."
+            "rate",
+            f"is {shown(rate)}",
+            f"give at most {_FASTEST:g} [Hz], beyond which its margin takes minutes to find",
         )
     late = checks.number("latency", latency, least=0.0, otherwise=" [s]")
     lag = _lag(vehicle, rotor_lag)
@@ -165,8 +166,9 @@ def flight_controller(
     bends = np.empty((0, vehicle.layout.bends)) if bend is None else _bends(vehicle, bend)
     if not real_gains(ratio, share):
         raise InputError(
-            f"integral_share is {shown(integral_share)}, with which damping_ratio {ratio:g} has no "
-            "real gains; give a smaller share, such as 0.2."
+            "integral_share",
+            f"is {shown(integral_share)}, with which damping_ratio {ratio:g} has no real gains",
+            "give a smaller share, such as 0.2",
         )
     given = {
         "position": _bandwidth("position_bandwidth", position_bandwidth),
@@ -242,14 +244,20 @@ def _limits(
     least_most = checks.vector("thrust", able, 2)
     if not 0.0 < least_most[0] < weight < least_most[1]:
         raise InputError(
-            f"thrust is {shown(least_most.tolist())}; give the least and the most [N], above 0, "
-            f"with the weight of {weight:.3g} N in between."
+            "thrust",
+            f"is {shown(least_most.tolist())}",
+            (
+                "give the least and the most [N], above 0, with the weight of "
+                f"{weight:.3g} N in between"
+            ),
         )
     if not 0.0 < checks.positive("tilt", tilt, " [rad]") <= 1.4:
-        raise InputError(f"tilt is {shown(tilt)}; give an angle of at most 1.4 [rad].")
+        raise InputError("tilt", f"is {shown(tilt)}", "give an angle of at most 1.4 [rad]")
     most = checks.row("moment", _NO_LIMIT if moment is None else moment, 3)
     if not (most > 0.0).all():
-        raise InputError(f"moment is {shown(moment)}; give three largest moments above 0 [N m].")
+        raise InputError(
+            "moment", f"is {shown(moment)}", "give three largest moments above 0 [N m]"
+        )
     return {
         "tilt": float(tilt),
         "thrust": least_most,
@@ -291,7 +299,7 @@ def _bend_bandwidth(value: Any, sections: int) -> np.ndarray | None:
         return None
     found = checks.row("bend_bandwidth", value, sections)
     if not (found >= 0.0).all():
-        raise InputError(f"bend_bandwidth is {shown(value)}; give 0 or more [rad/s].")
+        raise InputError("bend_bandwidth", f"is {shown(value)}", "give 0 or more [rad/s]")
     return found
 
 
@@ -307,10 +315,12 @@ def _noise(given: Any) -> dict[str, float]:
     """Return standard deviations of all measurements, in order."""
     given = {} if given is None else given
     if not isinstance(given, Mapping):
-        raise InputError(f"noise is {shown(given)}; give numbers by name: {', '.join(_NOISE)}.")
+        raise InputError(
+            "noise", f"is {shown(given)}", f"give numbers by name: {', '.join(_NOISE)}"
+        )
     for name in given:
         if name not in _NOISE:
-            raise InputError(f"noise holds {shown(name)}; {nearest(str(name), _NOISE)}.")
+            raise InputError("noise", f"holds {shown(name)}", nearest(str(name), _NOISE))
     return {
         name: checks.number(f"noise.{name}", given.get(name, 0.0), least=0.0) for name in _NOISE
     }

@@ -52,13 +52,13 @@ class Gains:
         known = sorted(_SERVOING if "Kp" in self.settings else _DESIGN | _SERVOING - _GAINS)
         for key in self.settings:
             if key not in known:
-                raise InputError(f"{self.name}: {key} is not a gain here; {nearest(key, known)}.")
+                raise InputError(key, "is not a gain here", nearest(key, known)).located(self.name)
         if not self.settings.keys() & {"bandwidth", "Kp"}:
             raise InputError(
-                f"{self.name}: bandwidth is missing; give it [rad/s], or the gains Kp and Kd."
-            )
+                "bandwidth", "is missing", "give it [rad/s], or the gains Kp and Kd"
+            ).located(self.name)
         if "Kp" in self.settings and "Kd" not in self.settings:
-            raise InputError(f"{self.name}: Kd is missing; give it beside Kp.")
+            raise InputError("Kd", "is missing", "give it beside Kp").located(self.name)
 
     @property
     def constant(self) -> bool:

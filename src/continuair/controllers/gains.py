@@ -114,7 +114,9 @@ def design(
         made = current_gains(vehicle, L, ω, ζ, μ, share, CAP if cap is None else cap)
         found |= {"Kp": made, "Kd": made, "Cd": made}
     elif cap is not None:
-        raise InputError(f"cap is {shown(cap)}, which constant gains have none of; leave it out.")
+        raise InputError(
+            "cap", f"is {shown(cap)}, which constant gains have none of", "leave it out"
+        )
     else:
         found |= _constant(vehicle, L, ω, ζ, μ, share, distance)
     if bend_rate is None:
@@ -131,9 +133,13 @@ def _constant(
     Kp, Kd, Cd = _placed(camera_inertia(vehicle), L, ω, ζ, μ, share)
     if not np.isfinite([Kp, Kd, Cd]).all():
         raise InputError(
-            f"bandwidth is {shown(float(ω))}, which with damping_ratio {shown(ζ)}, conditioning "
-            f"{shown(μ)}, rate_gain {shown(share)} and distance {shown(distance)} gives gains that "
-            "no number holds; give values nearer to 1."
+            "bandwidth",
+            (
+                f"is {shown(float(ω))}, which with damping_ratio {shown(ζ)}, conditioning "
+                f"{shown(μ)}, rate_gain {shown(share)} and distance {shown(distance)} "
+                "gives gains that no number holds"
+            ),
+            "give values nearer to 1",
         )
     return {"Kp": Kp, "Kd": Kd, "Cd": Cd}
 
@@ -198,7 +204,9 @@ def _depths(distance: Any) -> float | np.ndarray:
     found = checks.finite_array(distance)
     if found is None or found.ndim != 1 or not (found > 0.0).all():
         raise InputError(
-            f"distance is {shown(distance)}; give one above 0 for all points, or one for each [m]."
+            "distance",
+            f"is {shown(distance)}",
+            "give one above 0 for all points, or one for each [m]",
         )
     return found
 
@@ -208,33 +216,41 @@ def _seen(desired: Any, depths: float | np.ndarray) -> np.ndarray:
     if desired is None:
         if np.ndim(depths):
             raise InputError(
-                f"distance is {shown(depths)}, of points whose image is not given; give desired, "
-                "or one distance for our square."
+                "distance",
+                f"is {shown(depths)}, of points whose image is not given",
+                "give desired, or one distance for our square",
             )
         half = 0.25 / depths
         desired = [half, -half, -half, -half, -half, half, half, half]
     image = checks.finite_array(desired)
     if image is None or image.ndim != 1 or len(image) < 6 or len(image) % 2:
         raise InputError(
-            f"desired is {shown(desired)}; give finite x and y of each point in turn, normalised, "
-            "of 3 points or more."
+            "desired",
+            f"is {shown(desired)}",
+            "give finite x and y of each point in turn, normalised, of 3 points or more",
         )
     points = len(image) // 2
     if np.ndim(depths) and np.size(depths) != points:
         raise InputError(
-            f"distance is {shown(depths)}, {np.size(depths)} numbers, but desired has {points} "
-            "points; give one for each, or one for all [m]."
+            "distance",
+            f"is {shown(depths)}, {np.size(depths)} numbers, but desired has {points} points",
+            "give one for each, or one for all [m]",
         )
     with np.errstate(all="ignore"):
         L = interaction_matrix(image, depths)
     if not np.isfinite(L).all():
         raise InputError(
-            f"distance is {shown(depths)}, from which the points {shown(desired)} move faster "
-            "than numbers reach; give it in metres."
+            "distance",
+            (
+                f"is {shown(depths)}, from which the points {shown(desired)} move faster "
+                "than numbers reach"
+            ),
+            "give it in metres",
         )
     if np.linalg.matrix_rank(L) < 6:
         raise InputError(
-            f"desired is {shown(desired)}, which does not determine the camera's pose; give at "
-            "least 4 points, not on a line (or 3 off the singular cylinder)."
+            "desired",
+            f"is {shown(desired)}, which does not determine the camera's pose",
+            "give at least 4 points, not on a line (or 3 off the singular cylinder)",
         )
     return L

@@ -82,7 +82,7 @@ def hold(
     straight = np.zeros(vehicle.layout.bends)
     turn = checks.vector("attitude", attitude, 4)
     if not np.linalg.norm(turn) > 0.0:
-        raise InputError(f"attitude is {shown(attitude)}; give a unit quaternion (x, y, z, w).")
+        raise InputError("attitude", f"is {shown(attitude)}", "give a unit quaternion (x, y, z, w)")
     settings = {
         "position": checks.vector("position", position, 3),
         "attitude": turn / np.linalg.norm(turn),
@@ -96,8 +96,9 @@ def hold(
     held = np.broadcast_to(settings["bend_rate"], len(sections)) > 0.0
     if settings["bend"][per_coordinate(held) == 0.0].any():
         raise InputError(
-            f"bend is {shown(bend)}, but bend_rate {shown(bend_rate)} leaves sections of it free; "
-            "give a rate above 0 [rad/s], or zeros for these."
+            "bend",
+            f"is {shown(bend)}, but bend_rate {shown(bend_rate)} leaves sections of it free",
+            "give a rate above 0 [rad/s], or zeros for these",
         )
     stiffness = [each.bending_stiffness * each.length for each in sections]
     plant = {
@@ -136,12 +137,13 @@ def _limits(given: dict[str, Any], weight: float, held: np.ndarray) -> dict[str,
         found[name] = checks.row(name, _NO_LIMIT if value is None else value, 3)
         if not (found[name] > 0.0).all():
             raise InputError(
-                f"{name} is {shown(value)}; give the largest along each axis, above 0 [{unit}]."
+                name, f"is {shown(value)}", f"give the largest along each axis, above 0 [{unit}]"
             )
     if not found["force"][2] > weight:
         raise InputError(
-            f"force is {shown(given['force'])}, which does not carry the weight of {weight:.3g} N; "
-            "give more along z."
+            "force",
+            f"is {shown(given['force'])}, which does not carry the weight of {weight:.3g} N",
+            "give more along z",
         )
     most = given["bend_moment"]
     found["bend_moment"] = checks.positive(
@@ -149,8 +151,9 @@ def _limits(given: dict[str, Any], weight: float, held: np.ndarray) -> dict[str,
     )
     if held.max(initial=0.0) > found["bend_moment"]:
         raise InputError(
-            f"bend_moment is {shown(most)}, but to hold the bend takes {held.max():.3g} N m²; give "
-            "more, or less to bend."
+            "bend_moment",
+            f"is {shown(most)}, but to hold the bend takes {held.max():.3g} N m²",
+            "give more, or less to bend",
         )
     return found
 
@@ -162,7 +165,7 @@ def _bend_rate(given: Any, sections: int) -> Any:
         each = f", or {sections} of them" if sections > 1 else ""
         return checks.number("bend_rate", given, least=0.0, otherwise=each)
     if not (found >= 0.0).all():
-        raise InputError(f"bend_rate is {shown(given)}; give rates of 0 or more [rad/s].")
+        raise InputError("bend_rate", f"is {shown(given)}", "give rates of 0 or more [rad/s]")
     return found
 
 

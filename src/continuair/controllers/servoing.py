@@ -133,7 +133,7 @@ def servoing(
 def _carrying(arms: Any) -> dict[str, Any]:
     """Return the laws' additional fields for arms that follow the vehicle."""
     if not isinstance(arms, Carried):
-        raise InputError(f"arms is {shown(arms)}; give arms of design(vehicle, ...), or None.")
+        raise InputError("arms", f"is {shown(arms)}", "give arms of design(vehicle, ...), or None")
     return {"per_push": arms.per_push, "bend_inertia": arms.inertia, "bend_rate": arms.rate}
 
 
@@ -148,12 +148,15 @@ def _of_the_image(given: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]
     made = given["Kp"]
     if not (given["Kd"] is made and given["Cd"] is made):
         raise InputError(
-            "Kp, Kd and Cd are not those of one design(..., gains='current'); give all three as it "
-            "returns them."
+            "Kp",
+            "with Kd and Cd is not of one design(..., gains='current')",
+            "give all three as it returns them",
         )
     sliding = checks.positive("Cs", given["Cs"], " with current gains")
     if np.any(np.asarray(given["Cp"]) != 1.0):
-        raise InputError(f"Cp is {shown(given['Cp'])}; with current gains it is 1, leave it out.")
+        raise InputError(
+            "Cp", f"is {shown(given['Cp'])}", "with current gains it is 1, leave it out"
+        )
     return {**made.fields(), "sliding": sliding}, {**made.describe(), "Cs": sliding}
 
 

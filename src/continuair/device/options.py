@@ -32,11 +32,13 @@ def check_cpu_target(load: Callable[[wp.Kernel], None]) -> None:
     """
     if CPU_TARGET == NATIVE:
         return
-    problem = f"CONTINUAIR_CPU_TARGET is {shown(CPU_TARGET)}"
+    given = f"is {shown(CPU_TARGET)}"
     if not re.fullmatch(r"[A-Za-z0-9.+_-]+", CPU_TARGET):
         raise InputError(
-            f"{problem}; give one processor by Clang's name, of letters, digits and . + - _ only, "
-            "such as x86-64-v3, or native."
+            "CONTINUAIR_CPU_TARGET",
+            given,
+            "give one processor by Clang's name, of letters, digits and . + - _ only, such as "
+            "x86-64-v3, or native",
         )
     try:
         load(_probe)
@@ -45,8 +47,9 @@ def check_cpu_target(load: Callable[[wp.Kernel], None]) -> None:
     except Exception:
         # Warp has no exception of its own for a build that failed.
         raise InputError(
-            f"{problem}, which Clang does not support; give a processor such as x86-64-v3, or "
-            "native."
+            "CONTINUAIR_CPU_TARGET",
+            f"{given}, which Clang does not support",
+            "give a processor such as x86-64-v3, or native",
         ) from None
 
 

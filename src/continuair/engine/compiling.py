@@ -227,8 +227,9 @@ def _check_owner(folder: Path) -> None:
     if others or (found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX):
         why = "belongs to another user" if others else "is writable by every user"
         raise InputError(
-            f"the kernel cache {printed(folder)} {why}, who could put code there; set "
-            "WARP_CACHE_PATH to a folder of your own."
+            "WARP_CACHE_PATH",
+            f"is {printed(folder)}, which {why}, who could put code there",
+            "name a folder of your own",
         )
 
 
@@ -252,9 +253,12 @@ def _use_temporary_cache(problem: str) -> None:
 
 def _no_cache(problem: str) -> InputError:
     return InputError(
-        f"WARP_CACHE_PATH is {printed(os.environ.get('WARP_CACHE_PATH', ''))!r}, where kernels "
-        f"cannot be kept, nor in a temporary folder ({problem}); free space, or name a writeable "
-        "folder."
+        "WARP_CACHE_PATH",
+        (
+            f"is {printed(os.environ.get('WARP_CACHE_PATH', ''))!r}, where kernels cannot "
+            f"be kept, nor in a temporary folder ({problem})"
+        ),
+        "free space, or name a writeable folder",
     )
 
 

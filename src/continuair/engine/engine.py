@@ -30,14 +30,14 @@ Array = np.ndarray
 def check_device(device: object) -> None:
     """Raise InputError if kernels cannot be launched on a device."""
     if not isinstance(device, str):
-        raise InputError(f"device is {shown(device)}; give its name, such as 'cpu'.")
+        raise InputError("device", f"is {shown(device)}", "give its name, such as 'cpu'")
     start_warp()
     cards = [found.alias for found in wp.get_cuda_devices()]
     if device.startswith("cuda") and not cards:
-        raise InputError(f"device is {shown(device)}, but no CUDA device was found; use 'cpu'.")
+        raise InputError("device", f"is {shown(device)}, but no CUDA device was found", "use 'cpu'")
     valid = ["cpu", *(["cuda"] if cards else []), *cards]
     if device not in valid:
-        raise InputError(f"device is {shown(device)}; use one of {', '.join(valid)}.")
+        raise InputError("device", f"is {shown(device)}", f"use one of {', '.join(valid)}")
 
 
 @dataclass(frozen=True)

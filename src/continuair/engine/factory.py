@@ -261,11 +261,14 @@ def step_slopes(tree: Tree, model: str) -> tuple[wp.Kernel, Any]:
         own = [type(term).__name__ for term in tree.terms if type(term) not in TERMS]
         if own:
             raise InputError(
-                f"gradients do not compile with the term {own[0]}; leave differentiable out of its "
-                "class, or write it for dual numbers."
+                f"term {own[0]}",
+                "does not compile with dual numbers",
+                "leave differentiable out of its class, or write it for dual numbers",
             )
         raise InputError(
-            f"gradients do not compile here with Warp {wp.__version__}; use another version of it."
+            "gradient",
+            f"does not compile here with Warp {wp.__version__}",
+            "use another version of Warp",
         )
     return kernel, flight_code(_DUAL, tree).Vehicles
 

@@ -24,23 +24,30 @@ def check_numbers(function: Any, Real: Any, whose: str = "law") -> None:
     called = f"its function {function.func.__name__}"
     for number in _rounded(function, names_of(function), Real):
         raise InputError(
-            f"{whose} has the number {number} in {called}, where Warp uses single precision; "
-            f"define it outside of that function, as in number = code.Real({number})."
+            whose,
+            f"has the number {number} in {called}, where Warp uses single precision",
+            f"define it outside of that function, as in number = code.Real({number})",
         )
     for name in _vectors(function):
         raise InputError(
-            f"{whose} has {name} in {called}, an outside vector or matrix, which Warp rounds; "
-            "build it inside, as code.vec3(x, y, z), or make it a gain."
+            whose,
+            f"has {name} in {called}, an outside vector or matrix, which Warp rounds",
+            "build it inside, as code.vec3(x, y, z), or make it a gain",
         )
     if function.adj.has_unresolved_static_expressions:
         raise InputError(
-            f"{whose} has a wp.static in {called} that Warp evaluates only during compilation; "
-            "define its numbers outside of that function by name, or make them gains."
+            whose,
+            f"has a wp.static in {called} that Warp evaluates only during compilation",
+            "define its numbers outside of that function by name, or make them gains",
         )
     for default in _defaults(function):
         raise InputError(
-            f"{whose} has the default {default} of an argument in {called}, which Warp does not "
-            "distinguish; give it where the function is called."
+            whose,
+            (
+                f"has the default {default} of an argument in {called}, which Warp does "
+                "not distinguish"
+            ),
+            "give it where the function is called",
         )
 
 

@@ -23,13 +23,15 @@ def check_parts(found: Any) -> None:
     for name, kind in (("Gains", Struct), ("control", wp.Function)):
         if not isinstance(getattr(found, name, None), kind):
             raise InputError(
-                f"law returns no {name}; return a namespace with Gains, a Warp struct, and "
-                "control, a Warp function."
+                "law",
+                f"returns no {name}",
+                "return a namespace with Gains, a Warp struct, and control, a Warp function",
             )
     if hasattr(found, "Memory") and not hasattr(found, "looks"):
         raise InputError(
-            "law has a Memory, but no looks; return looks beside it, True if it needs the camera, "
-            "else False."
+            "law",
+            "has a Memory, but no looks",
+            "return looks beside it, True if it needs the camera, else False",
         )
 
 
@@ -70,8 +72,12 @@ def _check_unseen(function: Any, code: Any) -> None:
     for node in ast.walk(function.adj.tree):
         if _of_camera(node, function, code) or value_of(node, names) is code.camera_push:
             raise InputError(
-                f"target is None, but the law reads {ast.unparse(node)} in its function "
-                f"{function.func.__name__}, which needs a target; give one."
+                "target",
+                (
+                    f"is None, but the law reads {ast.unparse(node)} in its function "
+                    f"{function.func.__name__}, which needs a target"
+                ),
+                "give one",
             )
 
 

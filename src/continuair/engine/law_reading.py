@@ -42,7 +42,7 @@ class _Met:
     """Integer divisions (function, line) and sentences on unknown fields of a law."""
 
     quotients: list[tuple[str, str]]
-    unknown: list[str]
+    unknown: list[InputError]
 
 
 def read(control: Any) -> list[Any]:
@@ -56,13 +56,14 @@ def read(control: Any) -> list[Any]:
         try:
             control.adj.build(builder)
         except Exception:
-            for sentence in met.unknown:
-                raise InputError(sentence) from None
+            for error in met.unknown:
+                raise error from None
             raise
     for function, line in met.quotients:
         raise InputError(
-            f"law divides whole numbers in its function {function} ({line}), which truncates; "
-            "convert them first, as in code.Real(n) / code.Real(m)."
+            "law",
+            f"divides whole numbers in its function {function} ({line}), which truncates",
+            "convert them first, as in code.Real(n) / code.Real(m)",
         )
     return [control, *builder.functions]
 
@@ -104,8 +105,8 @@ def _attributes(node: ast.AST) -> list[ast.Attribute]:
     return [each for each in found if isinstance(each, ast.Attribute)]
 
 
-def _unknown(function: str, node: ast.Attribute, kind: Any) -> str:
-    """Return a sentence on an unknown field of a struct, with the likely name."""
+def _unknown(function: str, node: ast.Attribute, kind: Any) -> InputError:
+    """Return an error about an unknown field of a struct, with the likely name."""
     fields = list(kind.vars)
     deeper = {
         name: f"{field}.{name}"
@@ -118,9 +119,10 @@ def _unknown(function: str, node: ast.Attribute, kind: Any) -> str:
     found = meant if first in fields else deeper.get(meant)
     remedy = f"use {found} (known: {', '.join(fields)})" if found else nearest(node.attr, fields)
     struct = kind.key.rpartition("__")[2]
-    return (
-        f"law uses {ast.unparse(node)} in its function {function}, but {struct} has no "
-        f"{node.attr}; {remedy}."
+    return InputError(
+        "law",
+        f"uses {ast.unparse(node)} in its function {function}, but {struct} has no {node.attr}",
+        remedy,
     )
 
 

@@ -238,8 +238,12 @@ def _nominal_model(model: Vehicle, engine: Engine, Camera: Any) -> NominalModel:
     """Return a packed nominal model; raise InputError if vehicles differ by more than numbers."""
     if tree_of(model) != engine.tree:
         raise InputError(
-            f"believes is the vehicle {shown(model.name)}, whose arms, sections, tips, mounts or "
-            f"terms differ from those of {shown(engine.vehicle.name)}; build it by replace."
+            "believes",
+            (
+                f"is the vehicle {shown(model.name)}, whose arms, sections, tips, mounts "
+                f"or terms differ from those of {shown(engine.vehicle.name)}"
+            ),
+            "build it by replace",
         )
     packed = Engine(model, engine.model, engine.dtype.name, engine.device, engine.threads)
     for term in engine.tree.terms:
@@ -247,8 +251,12 @@ def _nominal_model(model: Vehicle, engine: Engine, Camera: Any) -> NominalModel:
         names = [name for name in (*term.flown, "term_numbers") if name in read]
         if any((packed.plants[name] != engine.plants[name]).any() for name in names):
             raise InputError(
-                f"believes is the vehicle {shown(model.name)}, whose {name_of(term)} differs from "
-                f"that of {shown(engine.vehicle.name)}; no law uses it, so leave it unchanged."
+                "believes",
+                (
+                    f"is the vehicle {shown(model.name)}, whose {name_of(term)} differs "
+                    f"from that of {shown(engine.vehicle.name)}"
+                ),
+                "no law uses it, so leave it unchanged",
             )
     return NominalModel(packed, pack_cameras(model, Camera))
 
@@ -304,13 +312,18 @@ def _check_memory(controller: Controller, kernels: LoopKernels) -> None:
     if controller.guided != bool(kernels.remembered):
         has = "has no Memory" if controller.guided else "has a Memory"
         raise InputError(
-            f"guided is {controller.guided} in the controller {controller.name}, but its law "
-            f"{has}; give guided={not controller.guided}."
+            "guided",
+            f"is {controller.guided} in the controller {controller.name}, but its law {has}",
+            f"give guided={not controller.guided}",
         )
     if controller.guided and controller.looks != kernels.looks:
         raise InputError(
-            f"looks is {controller.looks} in the controller {controller.name}, but {kernels.looks} "
-            f"in its law; give looks={kernels.looks}."
+            "looks",
+            (
+                f"is {controller.looks} in the controller {controller.name}, but "
+                f"{kernels.looks} in its law"
+            ),
+            f"give looks={kernels.looks}",
         )
 
 
@@ -322,8 +335,9 @@ def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
     for name in sorted(set(expected) ^ set(given)):
         problem = "is missing from" if name in expected else "is not a field of the law but in"
         raise InputError(
-            f"{name} {problem} the gains of the controller {controller.name}; give "
-            f"{', '.join(expected)}."
+            name,
+            f"{problem} the gains of the controller {controller.name}",
+            f"give {', '.join(expected)}",
         )
     for name, value in given.items():
         one_run = value.shape[1:] if controller.runs else value.shape
@@ -335,8 +349,12 @@ def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
             if 2 * points not in wanted:
                 of, remedy = "the vehicle's sections", "make the controller for this vehicle"
             raise InputError(
-                f"{name} of the controller {controller.name} has shape {one_run}, but {of} call "
-                f"for {wanted}; {remedy}."
+                name,
+                (
+                    f"of the controller {controller.name} has shape {one_run}, but {of} "
+                    f"call for {wanted}"
+                ),
+                remedy,
             )
         packed[name] = value
     return packed

@@ -102,8 +102,9 @@ def _numbers(vehicle: Vehicle, name: str) -> Array:
         found = np.array(np.nan)
     if not np.isfinite(found).all() or found.ndim > 2 or not found.size:
         raise InputError(
-            f"fields holds {name}, which is {shown(value)} in the vehicle; name numeric fields, "
-            "such as arm.length or uav.mass."
+            "fields",
+            f"holds {name}, which is {shown(value)} in the vehicle",
+            "name numeric fields, such as arm.length or uav.mass",
         )
     return found
 
@@ -186,4 +187,6 @@ def _difference(
         plants = pack_plants(batch, Plant).view(float).reshape(len(places), -1)
         of = weights / step
         return of @ plants, np.tensordot(of, pack_table(batch, 1), 1)
-    raise InputError(f"fields holds {name}, which cannot change: {refused[0]}")
+    raise InputError(
+        "fields", f"holds {name}, which cannot change ({refused[0].problem})", "leave it out"
+    )

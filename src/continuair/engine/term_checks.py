@@ -30,13 +30,15 @@ def check_terms(tree: Tree) -> None:
         name, acting = type(term).__name__, term.device(Device(numbers, tree))
         if not isinstance(acting, Acting):
             raise InputError(
-                f"term {name} returns {type(acting).__name__} from device(code); return "
-                "a continuair.terms.Acting."
+                "term",
+                f"{name} returns {type(acting).__name__} from device(code)",
+                "return a continuair.terms.Acting",
             )
         if acting.energy is not None and not term.has_energy:
             raise InputError(
-                f"term {name} returns an energy, but has_energy is False; set has_energy = True in "
-                "its class, or leave the energy out."
+                "term",
+                f"{name} returns an energy, but has_energy is False",
+                "set has_energy = True in its class, or leave the energy out",
             )
         real = device_types(numbers, tree).Real
         for function in _functions(_parts(acting, tree), set()):

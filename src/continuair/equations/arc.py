@@ -136,7 +136,7 @@ def arc_jacobian(
 
 def _check_frame(tip_frame: str) -> None:
     if tip_frame not in TIP_FRAMES:
-        raise InputError(f"tip_frame is {shown(tip_frame)}; use 'untwisted' or 'frenet'.")
+        raise InputError("tip_frame", f"is {shown(tip_frame)}", "use 'untwisted' or 'frenet'")
 
 
 def _columns(first: list[Array], second: list[Array]) -> Array:

@@ -85,9 +85,13 @@ def facing(
     if (turn[..., 2, 2] < -_LEVEL).any():
         side = "down" if camera_attitude is None else "so"
         raise InputError(
-            f"camera looks along {shown(np.round(axes.reshape(-1, 3, 3)[0, :, 2], 2))} in body "
-            f"axes, but is to look along {shown(np.round(wanted[:, 2], 2))} in the world, for "
-            f"which the UAV would be upside down; give it a camera that looks {side} in hover."
+            "camera",
+            (
+                f"looks along {shown(np.round(axes.reshape(-1, 3, 3)[0, :, 2], 2))} in "
+                f"body axes, but is to look along {shown(np.round(wanted[:, 2], 2))} in "
+                "the world, for which the UAV would be upside down"
+            ),
+            f"give it a camera that looks {side} in hover",
         )
     back = np.multiply.outer(distance, -wanted[:, 2])
     at = np.asarray(point) + back - np.einsum("...ij,...j->...i", turn, on_body(vehicle))
@@ -118,11 +122,14 @@ def project(points: ArrayLike) -> Array:
     """
     rows = np.asarray(points, float)
     if rows.ndim != 2 or rows.shape[1] != 3:
-        raise InputError(f"points has shape {rows.shape}; give (n, 3) coordinates in camera axes.")
+        raise InputError(
+            "points", f"has shape {rows.shape}", "give (n, 3) coordinates in camera axes"
+        )
     if not (rows[:, 2] > 0.0).all():
         raise InputError(
-            f"points holds the depth {shown(float(rows[:, 2].min()))} m; give points in front of "
-            "the camera."
+            "points",
+            f"holds the depth {shown(float(rows[:, 2].min()))} m",
+            "give points in front of the camera",
         )
     return (rows[:, :2] / rows[:, 2:]).ravel()
 

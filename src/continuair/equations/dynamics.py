@@ -350,17 +350,24 @@ def check_without_drag(vehicle: Vehicle) -> None:
     """
     if vehicle.terms:
         raise InputError(
-            f"vehicle {shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, which "
-            "Eq. (10) lacks; leave it out, or use continuair.accelerations."
+            "vehicle",
+            (
+                f"{shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, "
+                "which Eq. (10) lacks"
+            ),
+            "leave it out, or use continuair.accelerations",
         )
     sections = (section for arm in vehicle.arms for section in arm.section)
     rotors = vehicle.uav.rotors
     dragging = vehicle.uav.drag is not None or (rotors is not None and rotors.moved_by_air)
     if dragging or any(s.drag_coefficient is not None for s in sections):
         raise InputError(
-            f"vehicle {shown(vehicle.name)} has drag, which Eq. (10) lacks; leave uav.drag, "
-            "drag_coefficient and the rotors' hub_drag and translational_lift out, or use "
-            "continuair.accelerations."
+            "vehicle",
+            f"{shown(vehicle.name)} has drag, which Eq. (10) lacks",
+            (
+                "leave uav.drag, drag_coefficient and the rotors' hub_drag and "
+                "translational_lift out, or use continuair.accelerations"
+            ),
         )
 
 
@@ -386,7 +393,9 @@ def _mask(mask: Mask, n: int) -> Array:
         named = masks(n)
         if mask not in named:
             names = ", ".join(named)
-            raise InputError(f"mask is {shown(mask)}; use {names}, or factors of shape {(n, n)}.")
+            raise InputError(
+                "mask", f"is {shown(mask)}", f"use {names}, or factors of shape {(n, n)}"
+            )
         return named[mask]
     return of_shape("mask", mask, (n, n))
 
@@ -398,10 +407,11 @@ def of_shape(name: str, value: object, shape: tuple[int, ...], *, or_zero: bool 
     except (TypeError, ValueError):
         array = None
     if array is None or not checks.means_numbers(value):
-        text = f"{name} is {shown(value)}, but must be numbers"
-        raise InputError(f"{text}; give an array of shape {shape}.")
+        raise InputError(
+            name, f"is {shown(value)}, but must be numbers", f"give an array of shape {shape}"
+        )
     if or_zero and array.shape == () and array == 0.0:
         return np.zeros(shape)
     if array.shape != shape:
-        raise InputError(f"{name} has shape {array.shape}; give an array of shape {shape}.")
+        raise InputError(name, f"has shape {array.shape}", f"give an array of shape {shape}")
     return array

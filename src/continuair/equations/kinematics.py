@@ -144,11 +144,12 @@ def check_coordinates(name: str, value: ArrayLike, vehicle: Vehicle) -> None:
     """Raise InputError unless a value has the shape of one q of the vehicle; it may be complex."""
     expected = (vehicle.layout.coordinates,)
     if np.shape(value) != expected:
-        raise InputError(f"{name} has shape {np.shape(value)}; give an array of shape {expected}.")
+        raise InputError(name, f"has shape {np.shape(value)}", f"give an array of shape {expected}")
     if not checks.means_numbers(value):
         raise InputError(
-            f"{name} is {shown(value)}, which holds a truth value, a masked entry or a unit; give "
-            "numbers."
+            name,
+            f"is {shown(value)}, which holds a truth value, a masked entry or a unit",
+            "give numbers",
         )
 
 
@@ -449,8 +450,12 @@ def _check_one(q: ArrayLike) -> None:
     shape = np.shape(q)
     if len(shape) != 1 or shape[0] < 6 or shape[0] % 2:
         raise InputError(
-            f"q has shape {shape}; give one configuration, (8,) for one section and 2 more numbers "
-            "for each further one."
+            "q",
+            f"has shape {shape}",
+            (
+                "give one configuration, (8,) for one section and 2 more numbers for each "
+                "further one"
+            ),
         )
 
 
@@ -464,10 +469,14 @@ def _found(vehicle: Vehicle, arm: int, section: int) -> tuple[slice, ArmChain]:
     """Return the slice of a section's (κ, ψa) in q, and its arm."""
     arms = vehicle.arms
     if not 0 <= arm < len(arms):
-        raise InputError(f"arm is {shown(arm)}; give a whole number from 0 to {len(arms) - 1}.")
+        raise InputError(
+            "arm", f"is {shown(arm)}", f"give a whole number from 0 to {len(arms) - 1}"
+        )
     chain = arms[arm]
     if not 0 <= section < len(chain.section):
         highest = len(chain.section) - 1
-        raise InputError(f"section is {shown(section)}; give a whole number from 0 to {highest}.")
+        raise InputError(
+            "section", f"is {shown(section)}", f"give a whole number from 0 to {highest}"
+        )
     first = sum(len(each.section) for each in arms[:arm])
     return vehicle.layout.polar_of(first + section), chain

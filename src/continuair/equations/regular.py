@@ -98,7 +98,7 @@ def accelerations(
     wrenches = of_shape("tip_wrench", tip_wrench, (len(vehicle.arms), 6), or_zero=True).ravel()
     turned = of_shape("attitude", attitude, (4,))
     if not turned.any():
-        raise InputError("attitude has length 0; give a quaternion x y z w.")
+        raise InputError("attitude", "has length 0", "give a quaternion x y z w")
     R = of_quaternion(turned)
     # Bend vectors need no Remark 1, whose κ_s in M, C and G contradicts the κ that q and q̇ are of.
     vehicle = unbounded(vehicle)
@@ -113,8 +113,9 @@ def _paper_motion(R: Array, v: Array, ω: Array, k: Array, k_rate: Array) -> tup
     κ = np.hypot(k[:, 0], k[:, 1])
     if not κ.all():
         raise InputError(
-            "bend holds a section with bend 0, which has no polar coordinates; give it a bend, or "
-            "use continuair.accelerations."
+            "bend",
+            "holds a section with bend 0, which has no polar coordinates",
+            "give it a bend, or use continuair.accelerations",
         )
     q = np.concatenate([np.zeros(3), _euler_angles(R), _pairs(κ, np.arctan2(k[:, 1], k[:, 0]))])
     along, across = _directions(q)
@@ -153,8 +154,9 @@ def _euler_angles(R: Array) -> Array:
     cosine = np.hypot(R[2, 1], R[2, 2])
     if cosine < 1e-9:
         raise InputError(
-            "attitude is a pitch of a quarter turn, which has no Euler rates; give another, or use "
-            "continuair.accelerations."
+            "attitude",
+            "is a pitch of a quarter turn, which has no Euler rates",
+            "give another, or use continuair.accelerations",
         )
     return np.array(
         [

@@ -99,11 +99,12 @@ def _instants(flight: xr.Dataset, times: Any) -> np.ndarray:
     """Return times of a flight; raises InputError for times after its end."""
     found, ends = checks.finite_array(times), flight["time"].to_numpy()[[0, -1]]
     if found is None or found.ndim != 1 or not found.size:
-        raise InputError(f"times is {shown(times)}; give a list of times [s].")
+        raise InputError("times", f"is {shown(times)}", "give a list of times [s]")
     if (found < ends[0]).any() or (found > ends[1]).any():
         raise InputError(
-            f"times is {shown(times)}, but the flight lasts from {ends[0]:g} to {ends[1]:g} s; "
-            "give times within it."
+            "times",
+            f"is {shown(times)}, but the flight lasts from {ends[0]:g} to {ends[1]:g} s",
+            "give times within it",
         )
     return found
 
@@ -160,18 +161,19 @@ def _paths(axes: Any, flights: dict[str, xr.Dataset], chosen: Any, plane: tuple[
 def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
     """Return flights by their model; raises InputError if they lack these variables of one run."""
     if not isinstance(flight, xr.Dataset):
-        raise InputError(f"flight is {shown(flight)}; give a Dataset of continuair.simulate.")
+        raise InputError("flight", f"is {shown(flight)}", "give a Dataset of continuair.simulate")
     for name in names:
         if name not in flight:
             check_arms_flown("flight", flight)
-            raise InputError(f"flight has no {name}; simulate it with this variable.")
+            raise InputError("flight", f"has no {name}", "simulate it with this variable")
         if "time" not in flight[name].dims:
-            raise InputError("flight is one sample of a flight; give one with some over time.")
+            raise InputError("flight", "is one sample of a flight", "give one with some over time")
         own = {"model", "time", "arm", "section", VARIABLES[name][0]}
         for dim in sorted(set(map(str, flight[name].dims)) - own):
             raise InputError(
-                f"flight holds {flight.sizes[dim]} flights along {dim}; choose one, as in "
-                f"flight.isel({dim}=0)."
+                "flight",
+                f"holds {flight.sizes[dim]} flights along {dim}",
+                f"choose one, as in flight.isel({dim}=0)",
             )
     if "model" in flight.dims:
         return {
@@ -184,8 +186,9 @@ def _checked_model(name: str) -> str:
     """Return the name of a model; InputError for any other."""
     if name not in style.MODELS:
         raise InputError(
-            f"flight holds the model {shown(name)}; name it, as in xr.concat([a, b], "
-            "xr.Variable('model', ['coupled', 'decoupled']))."
+            "flight",
+            f"holds the model {shown(name)}",
+            "name it, as in xr.concat([a, b], xr.Variable('model', ['coupled', 'decoupled']))",
         )
     return name
 

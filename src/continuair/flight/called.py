@@ -110,16 +110,18 @@ class _Pieces:
         except Exception as error:  # whatever a user's function raises
             reason = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(
-                f"force_callback cannot be evaluated at t = {time:g} s ({reason}); return a "
-                "continuair.Wrench for every state."
+                "force_callback",
+                f"cannot be evaluated at t = {time:g} s ({reason})",
+                "return a continuair.Wrench for every state",
             ) from error
         wrenches = found if isinstance(found, (list, tuple)) else [found]
         row = np.zeros((len(states), self.layout.inputs))
         for wrench in wrenches:
             if not isinstance(wrench, Wrench):
                 raise InputError(
-                    f"force_callback returns {shown(found)} at t = {time:g} s; return a "
-                    "continuair.Wrench(force), or a list of them."
+                    "force_callback",
+                    f"returns {shown(found)} at t = {time:g} s",
+                    "return a continuair.Wrench(force), or a list of them",
                 )
             _add(row, wrench, state.attitude, self.layout, time)
         return row
@@ -164,8 +166,9 @@ def _add(row: Array, wrench: Wrench, attitude: Array, layout: Layout, time: floa
     arm = wrench.at[1] if isinstance(wrench.at, tuple) else 0
     if not 0 <= arm < layout.arms:
         raise InputError(
-            f"force_callback returns a wrench at {wrench.at!r}, but the vehicle has "
-            f"{layout.arms} arms; give an index from 0 to {layout.arms - 1}."
+            "force_callback",
+            f"returns a wrench at {wrench.at!r}, but the vehicle has {layout.arms} arms",
+            f"give an index from 0 to {layout.arms - 1}",
         )
     first = layout.tip_wrench.start + 6 * arm
     row[:, first : first + 3] += force
@@ -178,8 +181,9 @@ def _three(name: str, value: object, runs: int, time: float) -> Array:
     if found is None or found.shape not in ((3,), (runs, 3)):
         rows = f" or {runs} rows of them" if runs > 1 else ""
         raise InputError(
-            f"force_callback returns the {name} {shown(value)} at t = {time:g} s; return 3 finite "
-            f"numbers{rows}."
+            "force_callback",
+            f"returns the {name} {shown(value)} at t = {time:g} s",
+            f"return 3 finite numbers{rows}",
         )
     return found
 

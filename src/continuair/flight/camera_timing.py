@@ -85,11 +85,12 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
         _check_side(scenario, Rotation.from_quat(watched[:, columns["camera_attitude"]]))
         return
     run, point = np.argwhere(seen == 0.0)[0]
-    named = f"target has point {point}" + (f" of run {run}" if len(log) > 1 else "")
+    has = f"has point {point}" + (f" of run {run}" if len(log) > 1 else "")
     if depth[run, point] <= 0.0:
         raise InputError(
-            f"{named} behind the camera at the start (depth {depth[run, point]:.3g} m); start with "
-            "the camera facing the target."
+            "target",
+            f"{has} behind the camera at the start (depth {depth[run, point]:.3g} m)",
+            "start with the camera facing the target",
         )
     camera = engine.vehicle.camera
     focal, centre, size = (
@@ -98,8 +99,10 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     )
     u, v = focal * image[run, 2 * point : 2 * point + 2] + centre
     raise InputError(
-        f"{named} out of view at the start, at pixel ({u:.0f}, {v:.0f}) of an image of {size[0]:g} "
-        f"by {size[1]:g}; start closer to the desired pose, or farther away."
+        "target",
+        f"{has} out of view at the start, at pixel ({u:.0f}, {v:.0f}) of an image of {size[0]:g} "
+        f"by {size[1]:g}",
+        "start closer to the desired pose, or farther away",
     )
 
 
@@ -118,8 +121,9 @@ def _check_side(scenario: Scenario, attitudes: Rotation) -> None:
             shown(np.round(each, 2)) for each in (wanted[run % len(wanted)], looks[run])
         )
         raise InputError(
-            f"target{of} has a desired view along {along}, but the camera looks along {other} at "
-            "the start; set camera_attitude of the target."
+            f"target{of}",
+            f"has a desired view along {along}, but the camera looks along {other} at the start",
+            "set camera_attitude of the target",
         )
 
 
@@ -131,14 +135,22 @@ def _timing(vehicle: Vehicle, scenario: Scenario, grid: Grid) -> Timing:
         integral = scenario.controller.integral if scenario.controller is not None else 0.0
         if integral:
             raise InputError(
-                f"control_period is None, but the controller has integral {integral:g}, which "
-                "needs updates at a period; give one [s], such as 1e-3."
+                "control_period",
+                (
+                    f"is None, but the controller has integral {integral:g}, which needs "
+                    "updates at a period"
+                ),
+                "give one [s], such as 1e-3",
             )
         for name in ("noise", "frame_rate", "latency") if scenario.targets else ():
             if np.any(getattr(camera, name)):
                 raise InputError(
-                    f"control_period is None, but camera.{name} is {shown(getattr(camera, name))}, "
-                    "which needs updates at a period; give one [s], such as 1e-3."
+                    "control_period",
+                    (
+                        f"is None, but camera.{name} is {shown(getattr(camera, name))}, "
+                        "which needs updates at a period"
+                    ),
+                    "give one [s], such as 1e-3",
                 )
         every = np.ones(steps, np.int32)
         return Timing(every, np.full(steps, -1), np.zeros(steps, int), True)
@@ -173,7 +185,8 @@ def _one(name: str, value: ArrayLike) -> float:
     """Return the value that all runs share, or raise InputError."""
     if np.ndim(value) and len(np.unique(value)) > 1:
         raise InputError(
-            f"{name} is {shown(value)} over the runs, which share their control instants; give "
-            "one value for all."
+            name,
+            f"is {shown(value)} over the runs, which share their control instants",
+            "give one value for all",
         )
     return float(np.ravel(value)[0])

@@ -140,11 +140,16 @@ def _check_vehicle(vehicle: object, runs: int) -> None:
     """Raise InputError for a vehicle without rotors, or with another number of runs."""
     if isinstance(vehicle, Vehicle) and vehicle.runs not in (None, runs):
         raise InputError(
-            f"vehicle has {vehicle.runs} runs, but there are {runs}; give equally many, or one "
-            "for all."
+            "vehicle",
+            f"has {vehicle.runs} runs, but there are {runs}",
+            "give equally many, or one for all",
         )
     if isinstance(vehicle, Vehicle) and vehicle.uav.rotors is None:
         raise InputError(
-            "vehicle has no rotors; give it a table [uav.rotors], as in "
-            "vehicle.replace({'uav.rotors': {'layout': 'quad_x', …}})."
+            "vehicle",
+            "has no rotors",
+            (
+                "give it a table [uav.rotors], as in vehicle.replace({'uav.rotors': "
+                "{'layout': 'quad_x', …}})"
+            ),
         )

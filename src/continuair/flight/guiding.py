@@ -38,8 +38,12 @@ def _check_held(scenario: Scenario, bends: Array) -> None:
         run, bend = ignored[0]
         where = f" in run {run}" if len(free) > 1 or bends.shape[1] > 1 else ""
         raise InputError(
-            f"setpoints bend section {section_of(bend)}{where}, which the controller {law.name} "
-            "does not control; give it a bend_bandwidth above 0, or a bend of 0."
+            "setpoints",
+            (
+                f"bend section {section_of(bend)}{where}, which the controller {law.name} "
+                "does not control"
+            ),
+            "give it a bend_bandwidth above 0, or a bend of 0",
         )
 
 
@@ -61,8 +65,12 @@ def wanted_at(scenario: Scenario, layout: Layout, instants: Array) -> Array:
     found["follows"] = np.full((1, 1, 1), float(not alone))
     if found["bend"].shape[-1] != layout.bends:
         raise InputError(
-            f"bend of the setpoints has {found['bend'].shape[-1]} numbers, but the vehicle has "
-            f"{layout.sections} sections; give {layout.bends}."
+            "bend",
+            (
+                f"of the setpoints has {found['bend'].shape[-1]} numbers, but the vehicle "
+                f"has {layout.sections} sections"
+            ),
+            f"give {layout.bends}",
         )
     runs = max(len(rows) for rows in found.values())
     table = np.zeros((len(instants), runs, width_of(columns)))

@@ -61,8 +61,9 @@ def sample_inputs(
     if any(v.shape[1] not in (1, count) for _, v in parts):
         held = ", ".join(f"{field} has {v.shape[1]}" for field, v in parts)
         raise InputError(
-            f"inputs have different numbers of runs ({held}); give equally many rows in each, "
-            "or one row for all runs."
+            "inputs",
+            f"have different numbers of runs ({held})",
+            "give equally many rows in each, or one row for all runs",
         )
     table = np.zeros((rows, count, layout.inputs))
     for field, value in parts:
@@ -112,14 +113,16 @@ def asked(name: str, value: Any, times: Array, width: int) -> Array:
                     given.append(np.array(returned[-1]))
     except Exception as error:
         raise InputError(
-            f"{name} raises {type(error).__name__} ({error}) during the flight; return {width} "
-            "numbers at every time."
+            name,
+            f"raises {type(error).__name__} ({error}) during the flight",
+            f"return {width} numbers at every time",
         ) from error
     if not checks.means_numbers(returned):
         meant = [checks.means_numbers(each) for each in returned]
         raise InputError(
-            f"{name} returns a boolean, a masked entry or a unit at t = "
-            f"{times[meant.index(False)]:g} s; return {width} numbers in SI units."
+            name,
+            f"returns a boolean, a masked entry or a unit at t = {times[meant.index(False)]:g} s",
+            f"return {width} numbers in SI units",
         )
     try:
         rows = np.array(given, float)
@@ -130,7 +133,7 @@ def asked(name: str, value: Any, times: Array, width: int) -> Array:
     bad = ~np.isfinite(rows.reshape(len(rows), -1)).all(-1)
     if bad.any():
         raise InputError(
-            f"{name} is not finite at t = {times[bad][0]:g} s; return finite numbers at every time."
+            name, f"is not finite at t = {times[bad][0]:g} s", "return finite numbers at every time"
         )
     return rows.reshape(len(times), -1, width)
 
@@ -138,8 +141,9 @@ def asked(name: str, value: Any, times: Array, width: int) -> Array:
 def _changing_shape(name: str, width: int) -> InputError:
     """Return an InputError for values of wrong shape."""
     return InputError(
-        f"{name} returns values of changing or wrong shape over time; return {width} numbers, or a "
-        "row of them per run, at every time."
+        name,
+        "returns values of changing or wrong shape over time",
+        f"return {width} numbers, or a row of them per run, at every time",
     )
 
 

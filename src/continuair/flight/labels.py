@@ -46,7 +46,7 @@ def ordered(flight: xr.Dataset, labels: Mapping[Any, Any]) -> xr.Dataset:
         order, given = np.asarray(each).tolist(), list(flight.indexes.get(name, ()))
         if given and set(given) < set(order):
             lacking = ", ".join(str(label) for label in order if label not in given)
-            raise InputError(f"flight lacks the {name} {lacking}; give the whole flight.")
+            raise InputError("flight", f"lacks the {name} {lacking}", "give the whole flight")
         # A dimension in order is not copied.
         if given != order and sorted(given) == sorted(order):
             wanted[name] = order

@@ -116,8 +116,9 @@ class Simulation:
         )
         if self._flight.batched:
             raise InputError(
-                f"vehicle and scenario have {self._flight.runs} runs, but a Simulation needs one; "
-                "give one run, or use continuair.simulate."
+                "vehicle",
+                f"and scenario have {self._flight.runs} runs, but a Simulation needs one",
+                "give one run, or use continuair.simulate",
             )
         self._vehicle, self._scenario, self._model = vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
@@ -138,8 +139,10 @@ class Simulation:
 
     def __copy__(self) -> Simulation:
         raise InputError(
-            "a Simulation cannot be copied; start another one at time 0 from its state: "
-            "Simulation(vehicle, scenario.replace(q=one.q, qd=one.qd))."
+            "Simulation",
+            "cannot be copied",
+            "start another one at time 0 from its state: "
+            "Simulation(vehicle, scenario.replace(q=one.q, qd=one.qd))",
         )
 
     def __deepcopy__(self, _: dict[int, object]) -> Simulation:
@@ -224,8 +227,9 @@ class Simulation:
         }  # fmt: skip
         if not self._stepping.acquire(blocking=False):
             raise InputError(
-                "step is called while another thread steps this Simulation; give each thread its "
-                "own."
+                "step",
+                "is called while another thread steps this Simulation",
+                "give each thread its own",
             )
         try:
             self._advance(given)
@@ -237,8 +241,9 @@ class Simulation:
         inputs = self._row_of(given)
         if self._status != OK:
             raise InputError(
-                f"step is not possible: the flight stopped at {self._ended:g} s ({self.status}); "
-                "start a new Simulation."
+                "step",
+                f"is not possible: the flight stopped at {self._ended:g} s ({self.status})",
+                "start a new Simulation",
             )
         layout, row, grid = self._engine.layout, self._rows[-1], self._grid()
         states, first = row[None, : layout.state], self._rows[0][None, : layout.state]
@@ -339,8 +344,9 @@ class Simulation:
             if not layout.of_input.keys() >= set(FIELDS[name]):
                 table = "[uav.drag]" if name == "wind" else "[uav.rotors]"
                 raise InputError(
-                    f"{name} is {shown(value)}, but the vehicle has no {table}; omit it, or "
-                    "give the vehicle one."
+                    name,
+                    f"is {shown(value)}, but the vehicle has no {table}",
+                    "omit it, or give the vehicle one",
                 )
             layout.add(row, FIELDS[name], _numbers(name, value, field_width(name, layout)))
         # The hovering command acts until the program commands the rotors.
@@ -356,7 +362,7 @@ class Simulation:
     def _watch(self, rows: list[Array], times: Array) -> Array:
         """Return the camera's measurements (1, rows, columns); InputError without a target."""
         if not self._scenario.targets:
-            raise InputError("target of the scenario is None; give a continuair.Target.")
+            raise InputError("target", "of the scenario is None", "give a continuair.Target")
         motion = motion_of(self._scenario, times)
         points = np.asarray(self._scenario.targets[0].points)
         return watch(self._engine, np.stack(rows)[None], points, motion)
@@ -368,8 +374,12 @@ def _check_open_loop(vehicle: Vehicle, scenario: Scenario) -> None:
     check_scenario(scenario)
     if scenario.controller is not None:
         raise InputError(
-            f"controller of the scenario is {scenario.controller.name}, but a Simulation is driven "
-            "by step(…); remove it, or use continuair.simulate."
+            "controller",
+            (
+                f"of the scenario is {scenario.controller.name}, but a Simulation is "
+                "driven by step(…)"
+            ),
+            "remove it, or use continuair.simulate",
         )
 
 
@@ -377,5 +387,5 @@ def _numbers(name: str, value: object, size: int) -> Array:
     """Return `size` finite numbers, or raise InputError."""
     array = checks.finite_array(value)
     if array is None or array.shape != (size,):
-        raise InputError(f"{name} is {shown(value)}; give {size} finite numbers.")
+        raise InputError(name, f"is {shown(value)}", f"give {size} finite numbers")
     return array

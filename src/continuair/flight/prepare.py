@@ -58,8 +58,12 @@ def prepare(
     check_scenario(scenario)
     if scenario.force_callback is not None and not with_callback:
         raise InputError(
-            f"scenario {shown(scenario.name)} has a force_callback, which only continuair.simulate "
-            "supports; write the force as a continuair.Term."
+            "scenario",
+            (
+                f"{shown(scenario.name)} has a force_callback, which only "
+                "continuair.simulate supports"
+            ),
+            "write the force as a continuair.Term",
         )
     asked = None if isinstance(step, str) and step == "auto" else checked_step(step)
     duration, sample = _times(scenario, duration, sample)
@@ -131,8 +135,9 @@ def tolerance_for(
     given["max_step"] = not _is(max_step, np.inf)
     for name in (name for name, chosen in given.items() if chosen):
         raise InputError(
-            f"{name} is given, but method is {shown(method)}, whose steps have one length; give "
-            f"step, or method='{TSIT5}'."
+            name,
+            f"is given, but method is {shown(method)}, whose steps have one length",
+            f"give step, or method='{TSIT5}'",
         )
     return None
 
@@ -149,13 +154,15 @@ def step_for(method: Method, step: Any) -> Any:
     """
     if method == TSIT5 and step is not None:
         raise InputError(
-            f"step is {shown(step)}, but method is '{TSIT5}', which chooses its steps; give "
-            "rtol or max_step, or method='RK4'."
+            "step",
+            f"is {shown(step)}, but method is '{TSIT5}', which chooses its steps",
+            "give rtol or max_step, or method='RK4'",
         )
     if method != TSIT5 and step is None:
         raise InputError(
-            f"step is missing, but method is {shown(method)}, whose steps have one length; give "
-            "step [s], or step='auto'."
+            "step",
+            f"is missing, but method is {shown(method)}, whose steps have one length",
+            "give step [s], or step='auto'",
         )
     return "auto" if step is None else step
 
@@ -165,13 +172,15 @@ def _checked_tolerance(rtol: Any, atol: Any, max_step: Any, dtype: str) -> Toler
     checks.number("rtol", rtol, least=LEAST_TOLERANCE)
     if rtol > LARGEST_TOLERANCE:
         raise InputError(
-            f"rtol is {shown(rtol)}; give a number from {LEAST_TOLERANCE:g} to "
-            f"{LARGEST_TOLERANCE:g}."
+            "rtol",
+            f"is {shown(rtol)}",
+            f"give a number from {LEAST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}",
         )
     if dtype == "float32" and rtol < _COARSE_TOLERANCE:
         raise InputError(
-            f"rtol is {shown(rtol)}, finer than float32 resolves; give {_COARSE_TOLERANCE:g} or "
-            "more, or dtype='float64'."
+            "rtol",
+            f"is {shown(rtol)}, finer than float32 resolves",
+            f"give {_COARSE_TOLERANCE:g} or more, or dtype='float64'",
         )
     absolute = None if atol is None else checks.positive("atol", atol)
     longest = np.inf if _is(max_step, np.inf) else checks.positive("max_step", max_step, " [s]")
@@ -183,8 +192,9 @@ def _check_not_stiff(vehicle: Vehicle) -> None:
     for term in terms_of(vehicle):
         if term.stiff:
             raise InputError(
-                f"method is 'implicit', which has no derivatives of the term {name_of(term)}; "
-                "use 'RK4', or declare stiff = False in its class."
+                "method",
+                f"is 'implicit', which has no derivatives of the term {name_of(term)}",
+                "use 'RK4', or declare stiff = False in its class",
             )
 
 
@@ -207,8 +217,9 @@ def check_scenario(scenario: Any) -> None:
     """Raise InputError unless it is a scenario."""
     if not isinstance(scenario, Scenario):
         raise InputError(
-            f"scenario is {shown(scenario)}; give a continuair.Scenario, such as "
-            "amiri2026.open_loop_test('A')."
+            "scenario",
+            f"is {shown(scenario)}",
+            "give a continuair.Scenario, such as amiri2026.open_loop_test('A')",
         )
 
 
@@ -216,16 +227,20 @@ def check_fits(scenario: Scenario, layout: Layout) -> None:
     """Raise InputError unless a scenario has as many sections and arms as a vehicle."""
     if scenario.sections != layout.sections:
         raise InputError(
-            f"scenario.q has {np.shape(scenario.q)[-1]} numbers, but the vehicle has "
-            f"{layout.sections} sections; give {layout.coordinates}: x y z roll pitch yaw, and "
-            "kappa psi_a per section."
+            "scenario.q",
+            (
+                f"has {np.shape(scenario.q)[-1]} numbers, but the vehicle has "
+                f"{layout.sections} sections"
+            ),
+            f"give {layout.coordinates}: x y z roll pitch yaw, and kappa psi_a per section",
         )
     wrench = scenario.tip_wrench
     given = wrench(0.0) if callable(wrench) else wrench
     if given is not None and np.shape(given)[-1] != 6 * layout.arms:
         raise InputError(
-            f"scenario.tip_wrench has {np.shape(given)[-1]} numbers, but the vehicle has "
-            f"{layout.arms} arms; give 6 for each."
+            "scenario.tip_wrench",
+            f"has {np.shape(given)[-1]} numbers, but the vehicle has {layout.arms} arms",
+            "give 6 for each",
         )
 
 
@@ -240,8 +255,9 @@ def _times(scenario: Scenario, duration: Any, sample: Any) -> tuple[float, float
     lasts = scenario.duration if duration is None else checks.positive("duration", duration)
     if checks.positive("sample", sample) > lasts * (1.0 + 1e-9):
         raise InputError(
-            f"sample is {shown(sample)} s, longer than the flight of {lasts:g} s; give a "
-            "shorter one."
+            "sample",
+            f"is {shown(sample)} s, longer than the flight of {lasts:g} s",
+            "give a shorter one",
         )
     return lasts, float(sample)
 
@@ -279,6 +295,7 @@ def check_same_runs(runs: int, sizes: Mapping[str, int | None]) -> None:
     for name, size in sizes.items():
         if size not in (None, 1, runs):
             raise InputError(
-                f"{name} has {size} runs, but the batch has {runs}; give every "
-                "array one row per run, or a single row."
+                name,
+                f"has {size} runs, but the batch has {runs}",
+                "give every array one row per run, or a single row",
             )

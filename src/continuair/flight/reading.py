@@ -61,9 +61,9 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
     """
     file = user_path("result", path)
     check_regular("result", file)
-    named = f"result is {printed(path)}, "
+    named = f"is {printed(path)},"
     if file.is_dir():
-        raise InputError(f"{named}which is a folder; give a .nc file in it.")
+        raise InputError("result", f"{named} which is a folder", "give a .nc file in it")
     try:
         _check_contained(file, named)
         with xr.open_dataset(file, engine="h5netcdf") as result:
@@ -72,11 +72,14 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
     except InputError:
         raise
     except FileNotFoundError:
-        raise InputError(f"{named}but there is no such file; correct the path.") from None
+        raise InputError(
+            "result", f"{named} but there is no such file", "correct the path"
+        ) from None
     except DAMAGE as error:
         raise InputError(
-            f"{named}which cannot be read as netCDF ({reason(error)}); write it again with "
-            "to_netcdf or a study."
+            "result",
+            f"{named} which cannot be read as netCDF ({reason(error)})",
+            "write it again with to_netcdf or a study",
         ) from None
 
 
@@ -91,7 +94,9 @@ def _check_contained(file: Path, named: str) -> None:
             group = groups.pop()
             for name in group:
                 if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-                    raise InputError(f"{named}whose {name} is a link; give the file that it is in.")
+                    raise InputError(
+                        "result", f"{named} whose {name} is a link", "give the file that it is in"
+                    )
                 member = group[name]
                 address = h5py.h5o.get_info(member.id).addr
                 if address in seen:
@@ -106,11 +111,15 @@ def _check_contained(file: Path, named: str) -> None:
 def _check_data(member: Any, named: str, name: str) -> None:
     """Raise InputError for a variable whose values are not all in the file."""
     if member.external or member.is_virtual:
-        raise InputError(f"{named}whose {name} is stored in other files; give one that has it.")
+        raise InputError(
+            "result", f"{named} whose {name} is stored in other files", "give one that has it"
+        )
     if member.nbytes > _MOST_UNPACKED * member.id.get_storage_size() + _FREELY_UNPACKED:
         raise InputError(
-            f"{named}whose {name} would unpack to {member.nbytes:.3g} bytes, more than the file "
-            "can hold; give an undamaged file."
+            "result",
+            f"{named} whose {name} would unpack to {member.nbytes:.3g} bytes, more than the file "
+            "can hold",
+            "give an undamaged file",
         )
 
 
@@ -118,14 +127,16 @@ def _check_ours(path: str | os.PathLike[str], result: xr.Dataset) -> None:
     """Raise InputError for a file of a later or no version of continuair, or without a vehicle."""
     if "versions" not in result.attrs:
         raise InputError(
-            f"result is {printed(path)}, which has no flight of continuair; give a result of "
-            "continuair.simulate, or of a study."
+            "result",
+            f"is {printed(path)}, which has no flight of continuair",
+            "give a result of continuair.simulate, or of a study",
         )
     check_version("result", path, str(json.loads(result.attrs["versions"]).get("continuair", "0")))
     if "vehicle" not in result.attrs:
         raise InputError(
-            f"result is {printed(path)}, which has no attribute vehicle; keep the "
-            "attributes of continuair.simulate when writing it."
+            "result",
+            f"is {printed(path)}, which has no attribute vehicle",
+            "keep the attributes of continuair.simulate when writing it",
         )
 
 
@@ -136,8 +147,9 @@ def vehicle_of(flight: object) -> Vehicle:
     """
     if not isinstance(flight, xr.Dataset) or "vehicle" not in flight.attrs or is_joined(flight):
         raise InputError(
-            "flight has no vehicle, as after joining flights or casting types; give an unchanged "
-            "result of continuair.simulate, or the vehicle."
+            "flight",
+            "has no vehicle, as after joining flights or casting types",
+            "give an unchanged result of continuair.simulate, or the vehicle",
         )
     said = flight.attrs["vehicle"]
     try:
@@ -145,8 +157,12 @@ def vehicle_of(flight: object) -> Vehicle:
     except DAMAGE as error:
         why = reason(error).rstrip(".")
         raise InputError(
-            f"flight has an unreadable vehicle, or many ({why}); select a run, as in "
-            f"flight.isel(run=0), with its coordinate {BATCH_ROW}, or give the vehicle."
+            "flight",
+            f"has an unreadable vehicle, or many ({why})",
+            (
+                f"select a run, as in flight.isel(run=0), with its coordinate {BATCH_ROW}, "
+                "or give the vehicle"
+            ),
         ) from None
 
 
@@ -183,8 +199,9 @@ def scenario_of(flight: xr.Dataset) -> dict[str, Any]:
         return dict(json.loads(flight.attrs.get("scenario", "{}")))
     except DAMAGE as error:
         raise InputError(
-            f"flight has an unreadable scenario ({reason(error)}); give an unchanged result of "
-            "continuair.simulate."
+            "flight",
+            f"has an unreadable scenario ({reason(error)})",
+            "give an unchanged result of continuair.simulate",
         ) from None
 
 
@@ -193,6 +210,7 @@ def check_arms_flown(name: str, flight: xr.Dataset) -> None:
     flown = vehicles_of(flight)
     if flown and not flown[0].arms:
         raise InputError(
-            f"{name} is of the vehicle {shown(flown[0].name)}, which has no arm; use its position "
-            "and attitude."
+            name,
+            f"is of the vehicle {shown(flown[0].name)}, which has no arm",
+            "use its position and attitude",
         )

@@ -27,8 +27,12 @@ def check_air_and_rotors(vehicle: Vehicle, scenario: Scenario, layout: Layout) -
     """Raise InputError unless a vehicle has the drag and rotors that a scenario uses."""
     if scenario.wind is not None and not layout.air:
         raise InputError(
-            "wind is given, but the vehicle has no drag; omit it, or give the vehicle a table "
-            "[uav.drag], its rotors hub_drag, or a section a drag_coefficient."
+            "wind",
+            "is given, but the vehicle has no drag",
+            (
+                "omit it, or give the vehicle a table [uav.drag], its rotors hub_drag, or "
+                "a section a drag_coefficient"
+            ),
         )
     for name in ("rotor_command", "rotor_thrust"):
         _check_count(name, getattr(scenario, name), layout.rotors)
@@ -42,17 +46,20 @@ def _check_count(name: str, value: Any, rotors: int) -> None:
     given = value(0.0) if callable(value) else value
     if given is None or np.shape(given)[-1] == rotors:
         return
-    many = f"{rotors} rotors; give one for each" if rotors else "no rotors; omit it"
-    held = np.shape(given)[-1]
-    raise InputError(f"scenario.{name} has {held} thrusts, but the vehicle has {many}.")
+    raise InputError(
+        f"scenario.{name}",
+        f"has {np.shape(given)[-1]} thrusts, but the vehicle has {rotors or 'no'} rotors",
+        "give one for each" if rotors else "omit it",
+    )
 
 
 def _check_start(highest: Any, thrust: Any) -> None:
     """Raise InputError if an initial thrust is beyond the limit."""
     if thrust is not None and (thrust > np.asarray(highest)[..., None]).any():
         raise InputError(
-            f"scenario.rotor_thrust is {shown(thrust)}; give at most the limit of a rotor, "
-            f"{shown(highest)} N."
+            "scenario.rotor_thrust",
+            f"is {shown(thrust)}",
+            f"give at most the limit of a rotor, {shown(highest)} N",
         )
 
 
@@ -60,8 +67,9 @@ def _check_rank(rank: int, law: Any) -> None:
     """Raise InputError if a controller needs forces that the rotors cannot produce."""
     if law is not None and rank < law.asks:
         raise InputError(
-            f"controller {law.name} needs a wrench of rank 6, but the rotors give rank {rank}; use "
-            "tilted rotors (hex_tilted), another controller, or no [uav.rotors]."
+            "controller",
+            f"{law.name} needs a wrench of rank 6, but the rotors give rank {rank}",
+            "use tilted rotors (hex_tilted), another controller, or no [uav.rotors]",
         )
 
 
@@ -183,8 +191,9 @@ def _check_level(rotors: Rotors, thrusts: Array) -> None:
     if aside[worst] > 0.0:
         where = f" in run {worst}" if len(thrusts) > 1 else ""
         raise InputError(
-            f"uav.rotors are tilted: a level hover{where} leaves a sideways force of "
-            f"{aside[worst]:.3g} N; give the scenario a rotor_command or a controller."
+            "uav.rotors",
+            f"are tilted: a level hover{where} leaves a sideways force of {aside[worst]:.3g} N",
+            "give the scenario a rotor_command or a controller",
         )
 
 
@@ -196,7 +205,10 @@ def _check_hover(limits: Any, thrusts: Array) -> None:
         run, rotor = np.argwhere(wrong)[0]
         where = f" in run {run}" if len(thrusts) > 1 else ""
         raise CannotHover(
-            f"uav.rotors.thrust_limits is 0 to {highest[run, 0]:g} N, but hover needs "
-            f"{thrusts[run, rotor]:.4g} N of rotor {rotor}{where}; give a rotor_command, or "
-            "stronger rotors."
+            "uav.rotors.thrust_limits",
+            (
+                f"is 0 to {highest[run, 0]:g} N, but hover needs {thrusts[run, rotor]:.4g} "
+                f"N of rotor {rotor}{where}"
+            ),
+            "give a rotor_command, or stronger rotors",
         )

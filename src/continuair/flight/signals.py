@@ -116,8 +116,9 @@ def signal_of(
         return found if runs is None or found.rows == 1 else found.of_runs(runs)
     if duration > _LONGEST:
         raise InputError(
-            f"duration is {duration:g} s, but {name} is a function of time, limited to "
-            f"{_LONGEST:g} s; shorten it, or give a method and a step."
+            "duration",
+            f"is {duration:g} s, but {name} is a function of time, limited to {_LONGEST:g} s",
+            "shorten it, or give a method and a step",
         )
     first = True
 
@@ -140,8 +141,9 @@ def signal_of(
         return fit(evaluate, duration, jumps=jumps)
     except UnresolvedSignal as error:
         raise InputError(
-            f"{name} changes too fast near t = {error.time:g} s to be resolved in {error.calls:,} "
-            "calls; give a smoother function, or interpolate samples."
+            name,
+            f"changes too fast near t = {error.time:g} s to be resolved in {error.calls:,} calls",
+            "give a smoother function, or interpolate samples",
         ) from error
 
 

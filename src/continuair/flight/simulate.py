@@ -161,13 +161,15 @@ def _check_called(method: Method, tolerance: Tolerance | None, check: bool) -> N
     """Raise InputError for options that are not supported with a force_callback, which uses RK4."""
     if method == "implicit" or tolerance not in (None, tolerance_for("Tsit5")):
         raise InputError(
-            "the scenario has a force_callback, which needs RK4; omit method, rtol, atol and "
-            "max_step, or write the force as a continuair.Term."
+            "force_callback",
+            "of the scenario needs RK4",
+            "omit method, rtol, atol and max_step, or write the force as a continuair.Term",
         )
     if check:
         raise InputError(
-            "check is True, but the scenario has a force_callback, which does not support it; "
-            "omit check, or write the force as a continuair.Term."
+            "check",
+            "is True, but the scenario has a force_callback, which does not support it",
+            "omit check, or write the force as a continuair.Term",
         )
 
 
@@ -184,30 +186,37 @@ def _checked_names(
     except TypeError:
         names = ()
     if not names:
-        raise InputError(f"variables is {shown(variables)}; give a list of names.")
+        raise InputError("variables", f"is {shown(variables)}", "give a list of names")
     looking = scenario.controller is not None and bool(scenario.targets)
     for name in names:
         if not isinstance(name, str) or name not in VARIABLES:
-            raise InputError(f"variables has {shown(name)}; {nearest(str(name), VARIABLES)}.")
+            raise InputError("variables", f"has {shown(name)}", nearest(str(name), VARIABLES))
         if name in WATCHED_VARIABLES and not looking:
             raise InputError(
-                f"variables has {name}, which needs a scenario with a controller and a target; "
-                "give both, or omit it."
+                "variables",
+                f"has {name}, which needs a scenario with a controller and a target",
+                "give both, or omit it",
             )
         if name in (*OF_ARM, *OF_SECTION) and not vehicle.arms:
             raise InputError(
-                f"variables has {name}, but vehicle {shown(vehicle.name)} has no arm; omit it, "
-                "or give the vehicle a table [arm]."
+                "variables",
+                f"has {name}, but vehicle {shown(vehicle.name)} has no arm",
+                "omit it, or give the vehicle a table [arm]",
             )
         if name == "term_energy" and name not in default_variables(vehicle, scenario):
             raise InputError(
-                "variables has term_energy, which needs a term with an energy in the vehicle; "
-                "omit it."
+                "variables",
+                "has term_energy, which needs a term with an energy in the vehicle",
+                "omit it",
             )
         if name in OF_ROTORS and name not in default_variables(vehicle, scenario):
             raise InputError(
-                f"variables has {name}, which needs [uav.rotors]"
-                f"{' with a radius' * (name == 'rotor_power')} in the vehicle; give that, or "
-                "omit it."
+                "variables",
+                (
+                    f"has {name}, which needs "
+                    f"[uav.rotors]{' with a radius' * (name == 'rotor_power')} in the "
+                    "vehicle"
+                ),
+                "give that, or omit it",
             )
     return names

@@ -56,8 +56,9 @@ def automatic_step(
         fastest = np.fmax(at_rest, _fastest_of_jacobian(coupled, at, rates))
     if not np.isfinite(fastest).any():
         raise InputError(
-            "vehicle has no finite bending frequency: its arm is too heavy or too soft for its "
-            "UAV; check arm.length, arm.radius and uav.mass."
+            "vehicle",
+            "has no finite bending frequency: its arm is too heavy or too soft for its UAV",
+            "check arm.length, arm.radius and uav.mass",
         )
     state = state_from_paper(at, rates)
     spin = np.linalg.norm(state[:, coupled.layout.angular_velocity], axis=1)
@@ -153,8 +154,9 @@ def check_divides(period: float, steps: Array, name: str = "control_period") -> 
     wrong = (np.round(parts) < 1) | (np.abs(parts - np.round(parts)) > 1e-6)
     if wrong.any():
         raise InputError(
-            f"{name} is {period:g} s, which is not a multiple of the step, "
-            f"{steps[wrong][0]:g} s; give one that is, or step='auto'."
+            name,
+            f"is {period:g} s, which is not a multiple of the step, {steps[wrong][0]:g} s",
+            "give one that is, or step='auto'",
         )
 
 

@@ -138,8 +138,9 @@ def check_steps(duration: float, finest: float) -> None:
     """Raise InputError if a flight has more steps of a length [s] than fit into memory."""
     if duration > MOST_STEPS * finest:
         raise InputError(
-            f"duration is {duration:g} s, more than {MOST_STEPS:.0e} steps of {finest:.2g} s; "
-            "shorten it, give a longer step, or check the arm's stiffness and damping."
+            "duration",
+            f"is {duration:g} s, more than {MOST_STEPS:.0e} steps of {finest:.2g} s",
+            "shorten it, give a longer step, or check the arm's stiffness and damping",
         )
 
 
@@ -148,8 +149,12 @@ def check_marks(duration: float, sample: float, period: float | None) -> None:
     finest = sample if period is None else min(sample, period)
     if duration > MOST_STEPS * finest:
         raise InputError(
-            f"duration is {duration:g} s, more than {MOST_STEPS:.0e} samples or control periods of "
-            f"{finest:.2g} s; shorten it, or give a longer sample."
+            "duration",
+            (
+                f"is {duration:g} s, more than {MOST_STEPS:.0e} samples or control periods "
+                f"of {finest:.2g} s"
+            ),
+            "shorten it, or give a longer sample",
         )
 
 

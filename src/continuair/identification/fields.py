@@ -98,18 +98,21 @@ def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
     known = _known(vehicle)
     names = _default(vehicle, known) if names is None else _by_name(vehicle, names)
     if not names:
-        raise InputError(f"fit is empty; name fields of the vehicle: {', '.join(known)}.")
+        raise InputError("fit", "is empty", f"name fields of the vehicle: {', '.join(known)}")
     for name in names:
         if name not in known:
-            raise InputError(f"fit has {name}, which cannot be fitted; {nearest(name, known)}.")
+            raise InputError(
+                "fit", f"has {name}, which cannot be fitted", f"{nearest(name, known)}"
+            )
         if not known[name] and not _is_place(name):
             raise InputError(
-                f"{name} is {known[name] or 0:g}, but is fitted as a factor; give it a value "
-                "above 0 in the vehicle's file."
+                name,
+                f"is {known[name] or 0:g}, but is fitted as a factor",
+                "give it a value above 0 in the vehicle's file",
             )
     repeated = {name for name in names if names.count(name) > 1}
     if repeated:
-        raise InputError(f"fit has {min(repeated)} twice; name every field once.")
+        raise InputError("fit", f"has {min(repeated)} twice", "name every field once")
     start = np.array([float(known[name] or 0.0) for name in names])
     return Fitted(vehicle, tuple(names), start, np.array([_is_place(name) for name in names]))
 

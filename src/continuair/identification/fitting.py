@@ -132,9 +132,10 @@ def fit(
     left = problem.left_over(where)
     if not lasts(left):
         raise InputError(
-            f"{recording.name}: simulations stop before the recording ends; check inputs and "
-            "units, or start from a closer vehicle."
-        )
+            "simulations",
+            "stop before the recording ends",
+            "check inputs and units, or start from a closer vehicle",
+        ).located(recording.name)
     errors, condition, doubts = confidence(problem, where, deviations, left)
     doubts += (*of_what_is_left(left, recording), *replay.cut_off(found))
     doubts += of_fast_swings(vehicle, found, recording.time)

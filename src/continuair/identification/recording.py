@@ -83,14 +83,19 @@ class Recording:
                 object.__setattr__(self, name, self._table(name, value, widths.get(name)))
         if self.time[0] != 0.0 or not (np.diff(self.time) > 0.0).all():
             raise InputError(
-                f"time of the recording is {shown(self.time.tolist())}; give times [s] that begin "
-                "with 0 and increase."
+                "time",
+                f"of the recording is {shown(self.time.tolist())}",
+                "give times [s] that begin with 0 and increase",
             )
         off = np.abs(np.linalg.norm(self.attitude, axis=1) - 1.0)
         if off.max() > _UNIT_NORM_TOLERANCE:
             raise InputError(
-                f"attitude of the recording is off a unit quaternion by {off.max():.2g} in row "
-                f"{int(off.argmax())}; give unit quaternions x y z w."
+                "attitude",
+                (
+                    f"of the recording is off a unit quaternion by {off.max():.2g} in row "
+                    f"{int(off.argmax())}"
+                ),
+                "give unit quaternions x y z w",
             )
 
     def _table(self, name: str, value: object, width: int | None) -> Array:
@@ -99,10 +104,12 @@ class Recording:
         expected = 1 if name == "time" else 2
         if found is None or found.ndim != expected or found.shape[:1] != rows or not len(found):
             raise InputError(
-                f"{name} of the recording is {shown(value)}; give finite numbers, one row per time."
+                name, f"of the recording is {shown(value)}", "give finite numbers, one row per time"
             )
         if expected == 2 and width is not None and found.shape[1] != width:
-            raise InputError(f"{name} of the recording has {found.shape[1]} columns; give {width}.")
+            raise InputError(
+                name, f"of the recording has {found.shape[1]} columns", f"give {width}"
+            )
         return found
 
 
@@ -168,25 +175,28 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
     if late.size:
         row = late[0] + 1
         raise InputError(
-            f"{path}: time is {time[row]:g} in row {row + 1}, not after {time[row - 1]:g} in "
-            "the row before; sort rows by time, without repetitions."
-        )
+            "time",
+            f"is {time[row]:g} in row {row + 1}, not after {time[row - 1]:g} in the row before",
+            "sort rows by time, without repetitions",
+        ).located(path)
     # Relative to a late start, steps between rows may be lost to rounding.
     since = time - time[0]
     if not (np.diff(since) > 0.0).all():
         raise InputError(
-            f"{path}: time runs from {time[0]:g} to {time[-1]:g}, too far for float64 to resolve "
-            "its steps; count time from the start of the flight."
-        )
+            "time",
+            f"runs from {time[0]:g} to {time[-1]:g}, too far for float64 to resolve its steps",
+            "count time from the start of the flight",
+        ).located(path)
     attitude = np.stack([columns[name] for name in ("qx", "qy", "qz", "qw")], -1)
     norm = np.linalg.norm(attitude, axis=1)
     wrong = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_NORM_TOLERANCE)
     if wrong.size:
         row = wrong[0]
         raise InputError(
-            f"{path}: qx qy qz qw have norm {norm[row]:.4g} in row {row + 1}; give unit "
-            "quaternions, the scalar part last."
-        )
+            "qx",
+            f"qy qz qw have norm {norm[row]:.4g} in row {row + 1}",
+            "give unit quaternions, the scalar part last",
+        ).located(path)
     driven = any(name in columns for name in names.acting)
     nothing = np.zeros(len(time))
     return Recording(
@@ -208,7 +218,7 @@ def _rotor_command(path: str, columns: dict[str, Array], names: tuple[str, ...])
     if len(missing) == len(names):
         return None
     if missing:
-        raise InputError(f"{path}: column {missing[0]} is missing; give all of {', '.join(names)}.")
+        raise InputError(missing[0], "is missing", f"give all of {', '.join(names)}").located(path)
     return np.stack([columns[name] for name in names], -1)
 
 
@@ -226,28 +236,34 @@ def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
                     lines.append(cells)
     except csv.Error as error:
         raise InputError(
-            f"{path}: not valid CSV after line {line} ({error}); close the quotation marks there."
+            path,
+            f"is not valid CSV after line {line} ({error})",
+            "close the quotation marks there",
         ) from None
     except (OSError, ValueError) as error:
         raise InputError(
-            f"data is {path}, which cannot be read ({reason(error)}); give the path of a CSV file."
+            "data",
+            f"is {path}, which cannot be read ({reason(error)})",
+            "give the path of a CSV file",
         ) from None
     headings = [cell.strip() for cell in lines[0]] if lines else []
     for name in names.measured:
         if name not in headings:
             found = _listed(headings) if headings else "the file is empty"
             raise InputError(
-                f"{path}: column {name} is missing; name the columns "
-                f"{', '.join(names.measured)} "
-                f"(found: {found})."
-            )
+                name,
+                "is missing",
+                f"name the columns {', '.join(names.measured)} (found: {found})",
+            ).located(path)
     for name in names.measured + names.acting:
         if headings.count(name) > 1:
-            raise InputError(f"{path}: column {name} is there twice; keep one.")
+            raise InputError(name, "is there twice", "keep one").located(path)
     if len(lines) - 1 < FEWEST_ROWS:
         raise InputError(
-            f"{path}: has {len(lines) - 1} rows; give a flight of {FEWEST_ROWS} rows or more."
-        )
+            "recording",
+            f"has {len(lines) - 1} rows",
+            f"give a flight of {FEWEST_ROWS} rows or more",
+        ).located(path)
     return headings, lines[1:]
 
 
@@ -278,8 +294,9 @@ def _columns(
                 value = np.nan
             if not np.isfinite(value):
                 raise InputError(
-                    f"{path}: {name} is {shown(text)} in row {row + 1}; give a finite number, or "
-                    "remove the row."
-                )
+                    name,
+                    f"is {shown(text)} in row {row + 1}",
+                    "give a finite number, or remove the row",
+                ).located(path)
             columns[name][row] = value
     return columns

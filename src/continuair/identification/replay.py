@@ -56,9 +56,10 @@ class Replay:
         _check_bends(vehicle, recording)
         if test is None and recording.inputs is None and recording.rotor_command is None:
             raise InputError(
-                f"{recording.name}: has no column of inputs; add some of "
-                f"{', '.join(ACTUATORS)}, name their topics of a log, or give --test."
-            )
+                "recording",
+                "has no column of inputs",
+                f"add some of {', '.join(ACTUATORS)}, name their topics of a log, or give --test",
+            ).located(recording.name)
         self.recording, self.test = recording, test
         if test:
             flown = extensions.scenario("open_loop_test")(test)
@@ -167,19 +168,25 @@ def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) ->
     """Raise InputError unless recording and test fit the vehicle's sections and rotors."""
     if test is not None and vehicle.uav.rotors is not None:
         raise InputError(
-            f"test is {shown(test)}, which does not include rotor thrusts, but the vehicle has "
-            "[uav.rotors]; omit it, and record the inputs."
+            "test",
+            (
+                f"is {shown(test)}, which does not include rotor thrusts, but the vehicle "
+                "has [uav.rotors]"
+            ),
+            "omit it, and record the inputs",
         )
     if recording.bend.shape[1] != vehicle.layout.bends:
         held = len(bend_vectors(recording.bend[0]))
         raise InputError(
-            f"{recording.name}: has the bends of {held} sections, but "
-            f"the vehicle has {vehicle.sections}; load it with load_recording(path, vehicle)."
-        )
+            "recording",
+            f"has the bends of {held} sections, but the vehicle has {vehicle.sections}",
+            "load it with load_recording(path, vehicle)",
+        ).located(recording.name)
     if test is not None and vehicle.layout.widths != ONE_SECTION.widths:
         raise InputError(
-            f"test is {shown(test)}, which is for one arm of one section; omit it, and record "
-            "the inputs."
+            "test",
+            f"is {shown(test)}, which is for one arm of one section",
+            "omit it, and record the inputs",
         )
 
 
@@ -190,9 +197,13 @@ def _check_bends(vehicle: Vehicle, recording: Recording) -> None:
     if (angles > 2.0 * np.pi).any():
         row, section = np.argwhere(angles > 2.0 * np.pi)[0]
         raise InputError(
-            f"{recording.name}: bend of section {section + 1} is {angles[row, section]:.4g} rad in "
-            f"row {row + 1}, more than a full circle; give bends in 1/m."
-        )
+            "bend",
+            (
+                f"of section {section + 1} is {angles[row, section]:.4g} rad in row "
+                f"{row + 1}, more than a full circle"
+            ),
+            "give bends in 1/m",
+        ).located(recording.name)
 
 
 def first_motion(recording: Recording) -> Array:

@@ -115,8 +115,9 @@ def _check_flown(scenario: Scenario, told: dict[str, Any]) -> None:
         filled = flown == GIVEN_TO_STEPS or (name == "rotor_command" and given is None)
         if not filled and not _may_be(described[name], flown):
             raise InputError(
-                f"scenario.{name} is {shown(given)}, but that of the flight is {shown(flown)}; "
-                "give the scenario that was flown."
+                f"scenario.{name}",
+                f"is {shown(given)}, but that of the flight is {shown(flown)}",
+                "give the scenario that was flown",
             )
 
 
@@ -154,8 +155,9 @@ def _of_run(name: str, value: Any, motion: Motion) -> Array:
     found = sampled(name, value, motion.dataset, motion.vehicle)
     if found is None:
         raise InputError(
-            f"{name} holds rows of many runs, and flight has no coordinate {BATCH_ROW}; select "
-            "the run as in flight.isel(run=0), which keeps it."
+            name,
+            f"holds rows of many runs, and flight has no coordinate {BATCH_ROW}",
+            "select the run as in flight.isel(run=0), which keeps it",
         )
     return found
 

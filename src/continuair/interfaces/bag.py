@@ -150,8 +150,9 @@ class Bag:
             content = unpacked("zstd", raw, LARGEST_MESSAGE) if self._packed else raw
             if content is None or len(content) > LARGEST_MESSAGE:
                 raise InputError(
-                    f"has a message of {topic} of more than {LARGEST_MESSAGE >> 20} MiB; name a "
-                    "topic of poses or numbers."
+                    "data",
+                    f"has a message of {topic} of more than {LARGEST_MESSAGE >> 20} MiB",
+                    "name a topic of poses or numbers",
                 )
             standard = connection.msgtype in self._standard.fielddefs
             store = self._standard if standard else self._store
@@ -167,8 +168,10 @@ class Bag:
         if definition.format == MessageDefinitionFormat.NONE or len(text) > LARGEST_DEFINITION:
             told = printed(str(kind))
             raise InputError(
-                f"has messages of {told} ({connection.topic}), which neither ROS 2 nor "
-                "the bag defines; name a topic of another type."
+                "data",
+                f"has messages of {told} ({connection.topic}), which neither ROS 2 nor the bag "
+                "defines",
+                "name a topic of another type",
             )
         found: dict[str, Any] = {}
         if definition.format == MessageDefinitionFormat.MSG:
@@ -193,8 +196,10 @@ def _check_sizes(kind: str, types: dict[str, Any]) -> None:
     if entries >= _MOST_ENTRIES:
         told = printed(str(kind))
         raise InputError(
-            f"has messages of {told}, whose definition has an empty part, or arrays of "
-            "too many entries; name a topic of another type."
+            "data",
+            f"has messages of {told}, whose definition has an empty part, or arrays of too many "
+            "entries",
+            "name a topic of another type",
         )
 
 

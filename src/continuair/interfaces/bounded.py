@@ -56,8 +56,9 @@ def check_chunks(file: Path) -> None:
             for compression, packed in _chunks(stream):
                 if _unpacks_beyond(compression, packed):
                     raise InputError(
-                        f"has a chunk that unpacks to more than {_LARGEST >> 20} MiB; write it "
-                        "with smaller chunks."
+                        "data",
+                        f"has a chunk that unpacks to more than {_LARGEST >> 20} MiB",
+                        "write it with smaller chunks",
                     )
 
 
@@ -71,14 +72,16 @@ def check_bag_folder(folder: Path) -> None:
         check_regular("data", file)
         if file.is_file() and _file_unpacks_beyond(file):
             raise InputError(
-                f"has a file that unpacks to more than {_LARGEST_RATIO} times its size; unpack it "
-                "first, if you trust it."
+                "data",
+                f"has a file that unpacks to more than {_LARGEST_RATIO} times its size",
+                "unpack it first, if you trust it",
             )
     described = folder / "metadata.yaml"
     if described.is_file() and described.stat().st_size > _LARGEST_METADATA:
         raise InputError(
-            f"has a metadata.yaml of more than {_LARGEST_METADATA >> 10} KiB; give a bag that "
-            "ROS 2 wrote."
+            "data",
+            f"has a metadata.yaml of more than {_LARGEST_METADATA >> 10} KiB",
+            "give a bag that ROS 2 wrote",
         )
 
 
@@ -117,7 +120,7 @@ def check_ulog(data: bytes) -> None:
         known = _OF_DATA if kind in _FIRST_OF_DATA else known
         odd = kind == "\0" or size == 0 or size > _LONGEST_UNKNOWN
         if kind not in known and odd:
-            raise InputError("holds damaged messages; download the log again.")
+            raise InputError("data", "holds damaged messages", "download the log again")
         if kind == "F":
             name, _, declared = content.decode("utf-8", "replace").partition(":")
             formats[name] = [_field(each) for each in declared.split(";") if each]
@@ -127,8 +130,9 @@ def check_ulog(data: bytes) -> None:
             fields += _count(name, formats, counted, 0)
             if fields > _MOST_FIELDS:
                 raise InputError(
-                    "declares topics of more fields than their messages can hold; download the "
-                    "log again."
+                    "data",
+                    "declares topics of more fields than their messages can hold",
+                    "download the log again",
                 )
 
 

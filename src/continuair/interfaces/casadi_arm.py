@@ -51,8 +51,12 @@ def arms_of(vehicle: Vehicle, bends: SX) -> list[Arm]:
             found = kind.symbolic(section, frame, own, rate, table[row : row + kind.rows])
             if found is None:
                 raise InputError(
-                    f"vehicle {shown(vehicle.name)} has a section of kind {shown(kind.name)}, "
-                    "which has no form in CasADi; leave it out."
+                    "vehicle",
+                    (
+                        f"{shown(vehicle.name)} has a section of kind {shown(kind.name)}, "
+                        "which has no form in CasADi"
+                    ),
+                    "leave it out",
                 )
             sections.append(found)
             frame, index, row = found.frame(), index + 1, row + kind.rows

@@ -81,8 +81,9 @@ def _of_terms(model: Model) -> SX:
         force = term.casadi(model)
         if force is None:
             raise InputError(
-                f"vehicle {shown(model.vehicle.name)} has {name_of(term)}, which has no form in "
-                "CasADi; leave it out."
+                "vehicle",
+                f"{shown(model.vehicle.name)} has {name_of(term)}, which has no form in CasADi",
+                "leave it out",
             )
         found += force
     return found

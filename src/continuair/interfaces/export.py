@@ -39,7 +39,7 @@ def export(
     suffix = Path(to).suffix
     if suffix not in (*_WRITERS, _VEHICLES):
         known = ", ".join([*_WRITERS, _VEHICLES])
-        raise InputError(f"to is {printed(to)}; name a file that ends in one of {known}.")
+        raise InputError("to", f"is {printed(to)}", f"name a file that ends in one of {known}")
     new_file("to", to)
     if suffix == _VEHICLES:
         _refuse(suffix, model=model, run=run, letter=letter)
@@ -48,8 +48,9 @@ def export(
     _refuse(suffix, links=links)
     if Path(source).suffix != _RESULTS:
         raise InputError(
-            f"source is {printed(source)}, which does not end in {_RESULTS}; give a result for "
-            f"{suffix}, as only {_VEHICLES} is of a vehicle."
+            "source",
+            f"is {printed(source)}, which does not end in {_RESULTS}",
+            f"give a result for {suffix}, as only {_VEHICLES} is of a vehicle",
         )
     chosen = {"model": model, "run": run, "letter": letter}
     _WRITERS[suffix](_one_flight(read_result(source), chosen), to)
@@ -72,7 +73,7 @@ _WRITERS: dict[str, Callable[[xr.Dataset, str], None]] = {
 def _refuse(suffix: str, **options: object) -> None:
     for name, value in options.items():
         if value is not None:
-            raise InputError(f"{name} is {value}, which {suffix} has no use for; leave it out.")
+            raise InputError(name, f"is {value}, which {suffix} has no use for", "leave it out")
 
 
 def _vehicle(source: str) -> Vehicle:
@@ -85,12 +86,12 @@ def _one_flight(dataset: xr.Dataset, chosen: dict[str, Any]) -> xr.Dataset:
     for name, value in chosen.items():
         if name not in dataset.dims:
             if value is not None:
-                raise InputError(f"{name} is {value}, but the result holds one; leave it out.")
+                raise InputError(name, f"is {value}, but the result holds one", "leave it out")
             continue
         valid = dataset[name].to_numpy().tolist()
         if value is None:
-            raise InputError(f"{name} is missing; {nearest('', map(str, valid))}.")
+            raise InputError(name, "is missing", nearest("", map(str, valid)))
         if value not in valid:
-            raise InputError(f"{name} is {value!r}; {nearest(str(value), map(str, valid))}.")
+            raise InputError(name, f"is {value!r}", nearest(str(value), map(str, valid)))
         dataset = dataset.sel({name: value}).assign_attrs({name: value})
     return dataset

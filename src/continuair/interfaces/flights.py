@@ -34,7 +34,8 @@ def read_flight(
     for name, value in {"topic": topics or None, "rate": rate, "window": window}.items():
         if value is not None:
             raise InputError(
-                f"{name} is given, but {printed(path)} is no log; leave it out, or give a .ulg "
-                "file or a ROS 2 bag."
+                name,
+                f"is given, but {printed(path)} is no log",
+                "leave it out, or give a .ulg file or a ROS 2 bag",
             )
     return load_recording(path, vehicle)

@@ -81,7 +81,8 @@ def _numbers(name: str, value: Any, widths: tuple[int, ...]) -> Array:
     if found.ndim == 0 or found.shape[-1] not in widths or not checks.means_numbers(value):
         wanted = " or ".join(map(str, widths))
         raise InputError(
-            f"{name} is {shown(value)}; give rows of {wanted} numbers, none of them masked, a "
-            "truth value or with a unit."
+            name,
+            f"is {shown(value)}",
+            f"give rows of {wanted} numbers, none of them masked, a truth value or with a unit",
         )
     return found

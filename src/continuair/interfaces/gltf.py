@@ -72,7 +72,7 @@ def to_gltf(
     motion = motion_of(dataset, vehicle).at(RATE)
     file = new_file("path", path)
     if file.suffix != ".glb":
-        raise InputError(f"path is {printed(path)}; name a file that ends in .glb.")
+        raise InputError("path", f"is {printed(path)}", "name a file that ends in .glb")
     save("path", file, _document(motion).content())
 
 

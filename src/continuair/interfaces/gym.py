@@ -111,7 +111,7 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
             seeds = [None] * self.num_envs if seed is None else seed
         if len(seeds) != self.num_envs:
             raise InputError(
-                f"seed holds {len(seeds)} seeds; give {self.num_envs}, or one for all."
+                "seed", f"holds {len(seeds)} seeds", f"give {self.num_envs}, or one for all"
             )
         self._seed(seeds, which)
         self._begin(which)
@@ -123,8 +123,9 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         anew = self._ended.copy()
         if self._mode is AutoresetMode.DISABLED and anew.any():
             raise InputError(
-                f"step is not possible: episodes {shown(np.flatnonzero(anew))} have ended; reset "
-                "them first, by reset(options={'reset_mask': terminated | truncated})."
+                "step",
+                f"is not possible: episodes {shown(np.flatnonzero(anew))} have ended",
+                "reset them first, by reset(options={'reset_mask': terminated | truncated})",
             )
         found = self._task.step(found_actions)
         self._steps += 1
@@ -153,13 +154,15 @@ class HoverVectorEnv(VectorEnv[Array, Array, Array]):  # type: ignore[misc]
         whole = isinstance(mask, np.ndarray) and mask.dtype == np.bool_
         if not whole or mask.shape != (self.num_envs,) or not mask.any():
             raise InputError(
-                f"options['reset_mask'] is {shown(mask)}; give a NumPy array of {self.num_envs} "
-                "truth values, one of them True."
+                "options['reset_mask']",
+                f"is {shown(mask)}",
+                f"give a NumPy array of {self.num_envs} truth values, one of them True",
             )
         if not self._randoms and not mask.all():
             raise InputError(
-                f"options['reset_mask'] is {shown(mask)}, but no episode has begun; reset all "
-                "environments first."
+                "options['reset_mask']",
+                f"is {shown(mask)}, but no episode has begun",
+                "reset all environments first",
             )
         return mask
 
@@ -182,8 +185,9 @@ def _check_not_rendered(render_mode: Any) -> None:
     """Raise InputError for any render mode, as there is none."""
     if render_mode is not None:
         raise InputError(
-            f"render_mode is {shown(render_mode)}, but these environments render nothing; leave it "
-            "out, and see a flight by simulate and continuair view."
+            "render_mode",
+            f"is {shown(render_mode)}, but these environments render nothing",
+            "leave it out, and see a flight by simulate and continuair view",
         )
 
 
@@ -192,7 +196,7 @@ def _options(given: dict[str, Any] | None, known: Sequence[str]) -> dict[str, An
     for name in given or {}:
         if name not in known:
             remedy = nearest(str(name), known) if known else "there are none"
-            raise InputError(f"options holds {shown(name)}; {remedy}.")
+            raise InputError("options", f"holds {shown(name)}", remedy)
     return given or {}
 
 
@@ -206,10 +210,12 @@ def _checked(action: Any, shape: tuple[int, int]) -> Array:
     """Return an action, or those of all runs, as rows (runs, actions)."""
     found = checks.finite_array(action)
     if found is None:
-        raise InputError(f"action is {shown(action)}; give finite numbers from -1 to 1.")
+        raise InputError("action", f"is {shown(action)}", "give finite numbers from -1 to 1")
     if found.shape not in (shape, shape[1:] if shape[0] == 1 else shape):
         raise InputError(
-            f"action is {shown(action)}, of shape {found.shape}; give numbers of shape {shape}."
+            "action",
+            f"is {shown(action)}, of shape {found.shape}",
+            f"give numbers of shape {shape}",
         )
     return found.reshape(shape)
 

@@ -74,8 +74,9 @@ class Hovering:
             for name, value in asked.items():
                 if value is not None:
                     raise InputError(
-                        f"{name} is {shown(value)}, but vehicle {shown(found.name)} has no arm; "
-                        "give hold='uav' and no bend_moment."
+                        name,
+                        f"is {shown(value)}, but vehicle {shown(found.name)} has no arm",
+                        "give hold='uav' and no bend_moment",
                     )
         self.fleet = Fleet(found, runs, period=period, model=model, device=device)
         assert found.uav.rotors is not None

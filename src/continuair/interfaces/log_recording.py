@@ -43,7 +43,7 @@ def choices(rate: Any, window: Any) -> Choices:
     if window is not None:
         first, last = checks.vector("window", window, 2).tolist()
         if not first < last:
-            raise InputError(f"window is {shown(window)}; give two times [s] that ascend.")
+            raise InputError("window", f"is {shown(window)}", "give two times [s] that ascend")
         window = first, last
     return Choices(rate, window)
 
@@ -54,30 +54,36 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
     arm = "bend" in roles, "tip" in roles or "camera" in roles
     if any(arm) and not vehicle.arms:
         raise InputError(
-            f"a topic is named for the arm's bend, but vehicle {shown(vehicle.name)} has no arm; "
-            "leave it out."
+            "topics",
+            f"names one for the arm's bend, but vehicle {shown(vehicle.name)} has no arm",
+            "leave it out",
         )
     if vehicle.arms and sum(arm) != 1:
-        named = "bend and a pose of the tip are both" if all(arm) else "nothing is"
         raise InputError(
-            f"{named} named to measure the arm's bend; name one topic for bend, tip or camera."
+            "topics",
+            f"names {'both bend and a pose of the tip' if all(arm) else 'nothing'} to measure the "
+            "arm's bend",
+            "name one topic for bend, tip or camera",
         )
     if arm[1] and vehicle.layout.sections > 1:
         raise InputError(
-            "the pose of a tip does not determine the bends of the vehicle's "
-            f"{vehicle.layout.sections} sections; name a topic for bend."
+            "topics",
+            "names the pose of a tip, which does not determine the bends of the vehicle's "
+            f"{vehicle.layout.sections} sections",
+            "name a topic for bend",
         )
     if ("thrust" in roles) != ("torque" in roles):
         given, missing = ("thrust", "torque") if "thrust" in roles else ("torque", "thrust")
-        raise InputError(f"{given} is named without {missing}; name both.")
+        raise InputError(given, f"is named without {missing}", "name both")
     if "rotors" in roles and "thrust" in roles:
         raise InputError(
-            "rotors and thrust are both named, and would act twice; name one of the two."
+            "rotors", "and thrust are both named, and would act twice", "name one of the two"
         )
     if "rotors" in roles and vehicle.uav.rotors is None:
         raise InputError(
-            "rotors is named, but the vehicle has no [uav.rotors]; give it some, or name "
-            "thrust and torque."
+            "rotors",
+            "is named, but the vehicle has no [uav.rotors]",
+            "give it some, or name thrust and torque",
         )
 
 
@@ -96,8 +102,9 @@ def recording(
     times, signals = aligned(signals, HELD, chosen.rate, chosen.window)
     if len(times) < FEWEST_ROWS:
         raise InputError(
-            f"makes {len(times)} rows; give {FEWEST_ROWS} or more, by a longer window or a "
-            "higher rate."
+            "data",
+            f"makes {len(times)} rows",
+            f"give {FEWEST_ROWS} or more, by a longer window or a higher rate",
         )
     check_unit(signals["attitude"])
     position, attitude = signals["position"].at(times), signals["attitude"].turned_at(times)
@@ -134,8 +141,9 @@ def _check_widths(vehicle: Vehicle, signals: Mapping[str, Signal]) -> None:
     for role, width in (("bend", bends), ("bend_moment", bends), ("rotors", rotors)):
         if role in signals and signals[role].values.shape[1] != width:
             raise InputError(
-                f"{signals[role].topic} holds {signals[role].values.shape[1]} numbers, but "
-                f"the vehicle has {width}; name {width} of its fields."
+                str(signals[role].topic),
+                f"holds {signals[role].values.shape[1]} numbers, but the vehicle has {width}",
+                f"name {width} of its fields",
             )
 
 
@@ -185,8 +193,12 @@ def bends_of_tips(name: str, chord: Array, length: float) -> Array:
     off = float(np.sqrt(np.mean((far - expected) ** 2)))
     if off > _CHORD_TOLERANCE * length:
         raise InputError(
-            f"{name} is {far.mean():.3g} m from the base, but an arc of {length:g} m there ends at "
-            f"{expected.mean():.3g} m; check the poses' axes, the arm's length and mount."
+            name,
+            (
+                f"is {far.mean():.3g} m from the base, but an arc of {length:g} m there "
+                f"ends at {expected.mean():.3g} m"
+            ),
+            "check the poses' axes, the arm's length and mount",
         )
     turn = np.divide(2.0 * half / length, out, out=np.zeros_like(out), where=out > 0.0)
     return np.asarray(turn[:, None] * chord[:, :2])

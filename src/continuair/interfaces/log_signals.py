@@ -75,7 +75,9 @@ def signal(topic: Topic, time: Array, values: Array) -> Signal:
     """Return samples in the order of their times (n,) [s], without repeated ones."""
     time, first = np.unique(np.asarray(time, float), return_index=True)
     if len(time) < 2:
-        raise InputError(f"{topic}: holds {len(time)} samples; give a topic that was recorded.")
+        raise InputError(
+            f"topic {topic}", f"holds {len(time)} samples", "give a topic that was recorded"
+        )
     period = float(np.median(np.diff(time)))
     return Signal(topic, time, np.asarray(values, float)[first], period)
 
@@ -97,8 +99,12 @@ def aligned(
     if window is not None:
         if window[0] < first - _ROUNDING or window[1] > last + _ROUNDING:
             raise InputError(
-                f"window is {window[0]:g} to {window[1]:g} s, but all topics are there from "
-                f"{first:.6g} to {last:.6g} s; choose a part of that."
+                "window",
+                (
+                    f"is {window[0]:g} to {window[1]:g} s, but all topics are there from "
+                    f"{first:.6g} to {last:.6g} s"
+                ),
+                "choose a part of that",
             )
         first, last = max(window[0], first), min(window[1], last)
     period = _row_period(rate, measured)
@@ -118,8 +124,9 @@ def _row_period(rate: float | None, measured: Iterable[Signal]) -> float:
         return slowest.period
     if rate * slowest.period > _FASTER:
         raise InputError(
-            f"rate is {rate:g} Hz, but {slowest.topic} was measured at {1.0 / slowest.period:.4g} "
-            "Hz; give at most that."
+            "rate",
+            f"is {rate:g} Hz, but {slowest.topic} was measured at {1.0 / slowest.period:.4g} Hz",
+            "give at most that",
         )
     return 1.0 / rate
 
@@ -134,8 +141,9 @@ def _span(signals: Mapping[str, Signal], held: Iterable[str]) -> tuple[float, fl
     first, last = max(starts), min(ends)
     if not last > first:
         raise InputError(
-            f"{starts[first].topic} starts at {first:.6g} s, after the end of {ends[last].topic} "
-            f"at {last:.6g} s; record them together, with stamps of one clock."
+            str(starts[first].topic),
+            f"starts at {first:.6g} s, after the end of {ends[last].topic} at {last:.6g} s",
+            "record them together, with stamps of one clock",
         )
     return first, last
 
@@ -150,15 +158,20 @@ def _within(found: Signal, first: float, last: float) -> Signal:
     wrong = np.flatnonzero(~np.isfinite(values).all(1))
     if wrong.size:
         raise InputError(
-            f"{found.topic} is no finite number at {time[wrong[0]]:.6g} s; choose a window "
-            "without it."
+            str(found.topic),
+            f"is no finite number at {time[wrong[0]]:.6g} s",
+            "choose a window without it",
         )
     gaps = np.flatnonzero(np.diff(time) > _WIDEST_GAP * found.period)
     if gaps.size:
         at = gaps[0]
         raise InputError(
-            f"{found.topic} has a gap of {time[at + 1] - time[at]:.3g} s at {time[at]:.6g} s, where"
-            f" its samples are {found.period:.3g} s apart; choose a window without it."
+            str(found.topic),
+            (
+                f"has a gap of {time[at + 1] - time[at]:.3g} s at {time[at]:.6g} s, where "
+                f"its samples are {found.period:.3g} s apart"
+            ),
+            "choose a window without it",
         )
     return Signal(found.topic, time, values, found.period)
 
@@ -169,6 +182,7 @@ def check_unit(found: Signal) -> None:
     wrong = np.flatnonzero(~(np.abs(norm - 1.0) <= _UNIT_NORM_TOLERANCE))
     if wrong.size:
         raise InputError(
-            f"{found.topic} has norm {norm[wrong[0]]:.4g} at {found.time[wrong[0]]:.6g} s; "
-            "give unit quaternions."
+            str(found.topic),
+            f"has norm {norm[wrong[0]]:.4g} at {found.time[wrong[0]]:.6g} s",
+            "give unit quaternions",
         )

@@ -33,8 +33,9 @@ class Topic:
         """Return values (n, width) times the scale, one number or one for each column."""
         if len(self.scale) not in (0, 1, values.shape[1]):
             raise InputError(
-                f"{self}: the scale holds {len(self.scale)} numbers, but there are "
-                f"{values.shape[1]} fields; give one number, or one for each."
+                f"scale of {self}",
+                f"holds {len(self.scale)} numbers, but there are {values.shape[1]} fields",
+                "give one number, or one for each",
             )
         return np.asarray(values * self.scale) if self.scale else values
 
@@ -44,7 +45,7 @@ def parse_topics(
 ) -> dict[str, Topic]:
     """Return role -> topic, of texts TOPIC[:FIELD,...][*NUMBER,...] by role; raises InputError."""
     if not isinstance(given, Mapping):
-        raise InputError(f"topics is {shown(given)}; give a dict of topics by role.")
+        raise InputError("topics", f"is {shown(given)}", "give a dict of topics by role")
     for role in given:
         checks.choice("topic", role, roles)
     return {role: _parsed(role, text) for role, text in {**(default or {}), **given}.items()}
@@ -56,14 +57,14 @@ def split_topics(options: Iterable[str]) -> dict[str, str]:
     for option in options:
         role, equals, text = option.partition("=")
         if not equals or role in found:
-            raise InputError(f"topic is {shown(option)}; give ROLE=TOPIC, once for each role.")
+            raise InputError("topic", f"is {shown(option)}", "give ROLE=TOPIC, once for each role")
         found[role] = text
     return found
 
 
 def _parsed(role: str, text: Any) -> Topic:
     if not isinstance(text, str) or not text:
-        raise InputError(f"topic {role} is {shown(text)}; give a topic's name.")
+        raise InputError("topic", f"{role} is {shown(text)}", "give a topic's name")
     named, times, scale = text.partition("*")
     name, colon, fields = named.partition(":")
     names = tuple(each.strip() for each in fields.split(",")) if colon else ()
@@ -73,8 +74,9 @@ def _parsed(role: str, text: Any) -> Topic:
         numbers = (np.nan,)
     if not np.isfinite(numbers).all() or not all(names) or not name:
         raise InputError(
-            f"topic {role} is {shown(text)}; write TOPIC:FIELD,FIELD*NUMBER, fields and number "
-            "where they are needed."
+            "topic",
+            f"{role} is {shown(text)}",
+            "write TOPIC:FIELD,FIELD*NUMBER, fields and number where they are needed",
         )
     return Topic(role, name.strip(), names, numbers)
 
@@ -83,7 +85,7 @@ def missing_topic(topic: Topic, there: Iterable[str]) -> InputError:
     """Return the error of a missing topic, which lists those of the log."""
     listed = sorted(there)
     hint = shortened(nearest(topic.name, listed), _LONGEST_LIST) if listed else "it holds none"
-    return InputError(f"has no topic {topic.name} for {topic.role}; {hint}.")
+    return InputError("data", f"has no topic {topic.name} for {topic.role}", hint)
 
 
 @contextmanager
@@ -92,4 +94,4 @@ def of_log(path: str) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise error.within(f"{path}: ") from None
+        raise error.located(path) from None

@@ -67,8 +67,9 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
     check_single_vehicle(vehicle)
     if vehicle.terms:
         raise InputError(
-            f"vehicle has the term {name_of(vehicle.terms[0])}, which MuJoCo's format cannot hold; "
-            "leave it out with vehicle.replace({'terms': ()})."
+            "vehicle",
+            f"has the term {name_of(vehicle.terms[0])}, which MuJoCo's format cannot hold",
+            "leave it out with vehicle.replace({'terms': ()})",
         )
     links = checks.whole("links", links, 1, 64)
     file = new_file("path", path)
@@ -142,8 +143,12 @@ def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
             axial = max(link.axial, 2.0 * _LEAST_INERTIA)
             if axial > max(link.axial, _AXIAL * link.transverse):
                 raise InputError(
-                    f"links is {links}, of which the smallest has a moment of inertia of "
-                    f"{link.transverse:.2g} kg m², too small for MuJoCo; give fewer links."
+                    "links",
+                    (
+                        f"is {links}, of which the smallest has a moment of inertia of "
+                        f"{link.transverse:.2g} kg m², too small for MuJoCo"
+                    ),
+                    "give fewer links",
                 )
             across = np.diag([link.transverse, link.transverse, axial])
             _inertial(body, link.mass, np.array([0.0, 0.0, -link.centre]), across)

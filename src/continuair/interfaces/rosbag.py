@@ -45,8 +45,9 @@ class _Messages:
             found = np.empty(0)
         if found.ndim != 2 or not found.size:
             raise InputError(
-                f"{self.topic}: its messages hold none, or changing numbers of values; publish the "
-                "same ones each time."
+                f"topic {self.topic}",
+                "has messages that hold none, or changing numbers of values",
+                "publish the same ones each time",
             )
         return found
 
@@ -100,7 +101,7 @@ def read_rosbag(
     file = user_path("data", path)
     with of_log(printed(file)):
         if "pose" not in named:
-            raise InputError("no topic is named for the UAV's pose; name one for pose.")
+            raise InputError("topics", "names none for the UAV's pose", "name one for pose")
         _check_fields(named.values())
         check_roles(vehicle, {part for role in named for part in _PARTS.get(role, (role,))})
         found: dict[str, Signal] = {}
@@ -114,8 +115,9 @@ def _check_fields(topics: Iterable[Topic]) -> None:
     for topic in topics:
         if topic.fields and topic.role not in _NUMBERS:
             raise InputError(
-                f"{topic} takes no fields, but {','.join(topic.fields)} are named; leave them out, "
-                "as its message type defines them, and convert other axes before."
+                str(topic),
+                f"takes no fields, but {','.join(topic.fields)} are named",
+                "leave them out, as its message type defines them, and convert other axes before",
             )
 
 
@@ -138,8 +140,9 @@ def _read(file: Path, named: Mapping[str, Topic]) -> dict[str, _Messages]:
     except Exception as error:  # whatever its readers raise of damaged files
         why = " ".join(f"{type(error).__name__} {error}".split())
     raise InputError(
-        f"is no ROS 2 bag that can be read ({shortened(why, _LONGEST_REASON)}); give a bag's "
-        "folder, or a whole .mcap or .db3 file."
+        "data",
+        f"is no ROS 2 bag that can be read ({shortened(why, _LONGEST_REASON)})",
+        "give a bag's folder, or a whole .mcap or .db3 file",
     )
 
 
@@ -155,7 +158,7 @@ def _messages(bag: Any, topic: Topic) -> _Messages:
 
 def _refused(topic: Topic, message: Any, wanted: str) -> InputError:
     kind = getattr(message, "__msgtype__", type(message).__name__)
-    return InputError(f"{topic} holds messages of {printed(kind)}; give a topic of {wanted}.")
+    return InputError(str(topic), f"holds messages of {printed(kind)}", f"give a topic of {wanted}")
 
 
 def _place(topic: Topic, message: Any) -> Any:
@@ -225,8 +228,12 @@ def _wrench(found: _Messages, _: Vehicle) -> dict[str, Signal]:
             raise _refused(found.topic, each, "WrenchStamped")
         if not _of_body(each.header.frame_id):
             raise InputError(
-                f"{found.topic} is in axes of {shown(each.header.frame_id)}; publish the wrench on "
-                "the UAV in its body axes, forward-left-up, such as base_link."
+                str(found.topic),
+                f"is in axes of {shown(each.header.frame_id)}",
+                (
+                    "publish the wrench on the UAV in its body axes, forward-left-up, "
+                    "such as base_link"
+                ),
             )
     force = found.rows(lambda each: _xyz(each.wrench.force))
     torque = found.rows(lambda each: _xyz(each.wrench.torque))
@@ -258,12 +265,16 @@ def _by_name(topic: Topic, message: Any, attribute: str) -> dict[str, float]:
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise InputError(
-            f"{topic} names {printed(twice)} twice in one message; publish every joint once."
+            str(topic), f"names {printed(twice)} twice in one message", "publish every joint once"
         )
     if len(names) != len(values):
         raise InputError(
-            f"{topic} names {len(names)} joints in one message, whose {attribute} holds "
-            f"{len(values)} numbers; publish one for each."
+            str(topic),
+            (
+                f"names {len(names)} joints in one message, whose {attribute} holds "
+                f"{len(values)} numbers"
+            ),
+            "publish one for each",
         )
     return dict(zip(names, values.tolist(), strict=True))
 
@@ -273,14 +284,18 @@ def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> 
     missing = [name for name in names if name not in numbers]
     if missing:
         raise InputError(
-            f"{topic} has no {missing[0]} in one of its messages; name some of "
-            f"{shortened(', '.join(numbers), _LONGEST_REASON)}."
+            str(topic),
+            f"has no {missing[0]} in one of its messages",
+            f"name some of {shortened(', '.join(numbers), _LONGEST_REASON)}",
         )
     if not topic.fields and len(numbers) > len(names):
         raise InputError(
-            f"{topic} holds {len(numbers)} numbers in one message, but {len(names)} in its first; "
-            f"name fields that all have, as in {topic.role}={topic.name}:"
-            f"{shortened(','.join(names), _LONGEST_REASON)}."
+            str(topic),
+            f"holds {len(numbers)} numbers in one message, but {len(names)} in its first",
+            (
+                "name fields that all have, as in "
+                f"{topic.role}={topic.name}:{shortened(','.join(names), _LONGEST_REASON)}"
+            ),
         )
     return [numbers[name] for name in names]
 

@@ -116,7 +116,9 @@ def _check_scaled(topic: Topic) -> None:
     if not topic.scale:
         unit = _NORMALISED[topic.role]
         raise InputError(
-            f"{topic} is normalised; give the {unit} of 1, as in {topic.role}={topic.name}*NUMBER."
+            str(topic),
+            "is normalised",
+            f"give the {unit} of 1, as in {topic.role}={topic.name}*NUMBER",
         )
 
 
@@ -129,7 +131,9 @@ def _log(file: Path, names: set[str] | None, cut: bool) -> Any:
     try:
         data = file.read_bytes()
     except OSError as error:
-        raise InputError(f"cannot be read ({reason(error)}); give a .ulg file of PX4.") from None
+        raise InputError(
+            "data", f"cannot be read ({reason(error)})", "give a .ulg file of PX4"
+        ) from None
     check_ulog(data)
     try:
         # It prints what it finds damaged.
@@ -137,15 +141,19 @@ def _log(file: Path, names: set[str] | None, cut: bool) -> Any:
             log = ULog(io.BytesIO(data), None if names is None else sorted(names))
     except (ULogException, *DAMAGE, struct.error, RecursionError, MemoryError) as error:
         why = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"is no ULog that can be read ({why}); give a .ulg file of PX4.") from None
+        raise InputError(
+            "data", f"is no ULog that can be read ({why})", "give a .ulg file of PX4"
+        ) from None
     if log.start_timestamp >= 1 << 63:
-        raise InputError(f"begins at {log.start_timestamp} µs; download the log again.")
+        raise InputError("data", f"begins at {log.start_timestamp} µs", "download the log again")
     lasts = 1e-6 * (log.last_timestamp - log.start_timestamp)
     if log.file_corruption:
-        raise InputError("holds damaged messages; download the log again.")
+        raise InputError("data", "holds damaged messages", "download the log again")
     if not cut and not _is_whole(data):
         raise InputError(
-            f"is cut off after {lasts:.6g} s; download it again, or name a window before that."
+            "data",
+            f"is cut off after {lasts:.6g} s",
+            "download it again, or name a window before that",
         )
     return log
 
@@ -167,10 +175,10 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
         what = f"has no field {missing[0]}" if missing else "needs the names of its fields"
         known = ", ".join(name for name in data if not name.startswith("timestamp"))
         raise InputError(
-            f"{topic} {what}; name some of {known}, as in {topic.role}={topic.name}:FIELD,FIELD."
+            str(topic), what, f"name some of {known}, as in {topic.role}={topic.name}:FIELD,FIELD"
         )
     if "timestamp" not in data:
-        raise InputError(f"{topic} has no timestamp; download the log again.")
+        raise InputError(str(topic), "has no timestamp", "download the log again")
     stamps = data.get("timestamp_sample", data["timestamp"])
     stamps = stamps if stamps.all() else data["timestamp"]
     time = 1e-6 * (stamps.astype(np.int64) - log.start_timestamp)
@@ -202,7 +210,7 @@ def _instance(file: Path, log: Any, topic: Topic) -> Any:
     if asked is not None:
         if taken := [each for each in found if each.multi_id == asked]:
             return taken[0].data
-        raise InputError(f"{topic} has no instance {asked}; use one of: {numbers}.")
+        raise InputError(str(topic), f"has no instance {asked}", f"use one of: {numbers}")
     if found[1:]:
         warn(
             f"{printed(file)}: {topic} has the instances {numbers}; takes {found[0].multi_id}. "
@@ -217,7 +225,7 @@ def _converted(topic: Topic, rows: Array, convert: Any) -> Array:
     width = len(_FIELDS[topic.role])
     if width and rows.shape[1] != width:
         raise InputError(
-            f"{topic} has {rows.shape[1]} fields, but {width} are needed; name {width}."
+            str(topic), f"has {rows.shape[1]} fields, but {width} are needed", f"name {width}"
         )
     if topic.role == "attitude":
         # An estimator that has not begun logs zeros.
@@ -239,13 +247,15 @@ def _check_estimate(
     for name, good in _VALID.items():
         if name in data and (wrong := np.flatnonzero((data[name] > 0)[within] != good)).size:
             raise InputError(
-                f"{topic} is no estimate at {time[within][wrong[0]]:.6f} s ({name} is {1 - good}); "
-                "choose a window in which it is."
+                str(topic),
+                f"is no estimate at {time[within][wrong[0]]:.6f} s ({name} is {1 - good})",
+                "choose a window in which it is",
             )
     for name in _RESETS:
         if name in data and (jumps := np.flatnonzero(np.diff(data[name][within]))).size:
             at = time[within][jumps[0] + 1]
             raise InputError(
-                f"{topic} was reset by the estimator at {at:.6f} s ({name}); "
-                "choose a window without it."
+                str(topic),
+                f"was reset by the estimator at {at:.6f} s ({name})",
+                "choose a window without it",
             )

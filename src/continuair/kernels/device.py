@@ -38,8 +38,9 @@ class OnDevice:
 
     def __float__(self) -> float:
         raise InputError(
-            "a term's number has no value in device(code), whose kernels are shared by all values; "
-            "read it with code.reader(self.name)(plant)."
+            "device(code)",
+            "uses a term's number, but its kernels are shared by all values",
+            "read it with code.reader(self.name)(plant)",
         )
 
 

@@ -125,8 +125,9 @@ def inputs(fields: dict[str, Any], layout: Layout) -> dict[str, Any]:
     if fields["test"] is not None:
         if layout.widths != ONE_SECTION.widths:
             raise InputError(
-                f"scenario.test is {shown(fields['test'])}, which is for one arm of one section; "
-                "give an excitation."
+                "scenario.test",
+                f"is {shown(fields['test'])}, which is for one arm of one section",
+                "give an excitation",
             )
         return _test_inputs(fields)
     if fields["excitation"] == "none":

@@ -41,7 +41,7 @@ def strokes(text: str, corners_per_arc: int) -> Array:
         If `text` is empty or has another letter.
     """
     if not isinstance(text, str) or not text or any(c.upper() not in LETTERS for c in text):
-        raise InputError(f"text is {shown(text)}; use the letters {', '.join(LETTERS)}.")
+        raise InputError("text", f"is {shown(text)}", f"use the letters {', '.join(LETTERS)}")
     written, edge = [], 0.0
     for name in text.upper():
         corners = _r(corners_per_arc) if name == "R" else np.array(_STRAIGHT[name])

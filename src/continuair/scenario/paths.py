@@ -53,20 +53,23 @@ class Path(Immutable):
 
     def __post_init__(self) -> None:
         if not is_title(self.name):
-            raise InputError(f"name of a path is {shown(self.name)}; give one line of text.")
+            raise InputError("name", f"of a path is {shown(self.name)}", "give one line of text")
         if not callable(self.motion):
-            raise InputError(f"motion is {shown(self.motion)}; give a function of the time alone.")
+            raise InputError(
+                "motion", f"is {shown(self.motion)}", "give a function of the time alone"
+            )
         object.__setattr__(self, "duration", checks.positive("duration", self.duration, " [s]"))
 
     def __call__(self, times: ArrayLike) -> tuple[Array, Array, Array]:
         if not checks.means_numbers(times):
-            raise InputError(f"times is {shown(times)}; give numbers [s], none of them masked.")
+            raise InputError("times", f"is {shown(times)}", "give numbers [s], none of them masked")
         # A copy, as a motion may change its times in place.
         found = self.motion(np.array(times, float, ndmin=1))
         if isinstance(found, tuple) and not checks.means_numbers(found):
             raise InputError(
-                f"motion of the path {self.name} returns booleans, masked entries or units; "
-                "return numbers in SI units."
+                "motion",
+                f"of the path {self.name} returns booleans, masked entries or units",
+                "return numbers in SI units",
             )
         return found
 
@@ -230,15 +233,17 @@ def polyline(points: ArrayLike, duration: float = 50.0, smoothing: float = SMOOT
     corners, duration = _points(points), checks.positive("duration", duration)
     if not checks.is_number(smoothing) or not 0.0 < smoothing < 1.0:
         raise InputError(
-            f"smoothing is {shown(smoothing)}; give a fraction of the duration above 0 and below "
-            f"1, such as {SMOOTHING}."
+            "smoothing",
+            f"is {shown(smoothing)}",
+            f"give a fraction of the duration above 0 and below 1, such as {SMOOTHING}",
         )
     width = smoothing * duration
     lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
     if not (lengths > 0.0).all():
         raise InputError(
-            f"points repeats {corners[1:][lengths == 0.0][0].tolist()}; leave out points equal to "
-            "the one before."
+            "points",
+            f"repeats {corners[1:][lengths == 0.0][0].tolist()}",
+            "leave out points equal to the one before",
         )
     times = width / 2 + np.append(0.0, np.cumsum(lengths) / lengths.sum()) * (duration - width)
     velocities = np.diff(corners, axis=0) / np.diff(times)[:, None]
@@ -282,8 +287,9 @@ def letter(
     """
     if not isinstance(name, str) or len(name) != 1 or name.upper() not in LETTERS:
         raise InputError(
-            f"letter is {shown(name)}; give one of the letters {', '.join(LETTERS)} (paths.word "
-            "writes several)."
+            "letter",
+            f"is {shown(name)}",
+            f"give one of the letters {', '.join(LETTERS)} (paths.word writes several)",
         )
     return word(name, height, duration, centre, smoothing)
 
@@ -355,7 +361,7 @@ def from_function(
     """
     duration = checks.positive("duration", duration)
     if not callable(position):
-        raise InputError(f"position is {shown(position)}; give a function of the time alone.")
+        raise InputError("position", f"is {shown(position)}", "give a function of the time alone")
 
     def at(t: Array) -> Array:
         return np.array([_evaluated(position, x) for x in t.tolist()])
@@ -381,8 +387,9 @@ def _evaluated(position: Callable[[float], ArrayLike], t: float) -> Array:
     except Exception as error:  # whatever a user's function raises
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise InputError(
-            f"position cannot be evaluated at t = {t:g} ({reason}); give a function of the time "
-            "alone."
+            "position",
+            f"cannot be evaluated at t = {t:g} ({reason})",
+            "give a function of the time alone",
         ) from error
     return checks.vector("position", found, 3)
 
@@ -397,8 +404,12 @@ def _check_bounded(position: Callable[[Array], Array], duration: float) -> None:
         sharpest.append(np.abs(second).max())
     if sharpest[2] > 1e-6 and sharpest[2] > 1.8 * sharpest[0]:
         raise InputError(
-            f"position has unbounded acceleration ({sharpest[2]:.3g} m/s², growing as the time "
-            "step shrinks); round the path's corners."
+            "position",
+            (
+                f"has unbounded acceleration ({sharpest[2]:.3g} m/s², growing as the time "
+                "step shrinks)"
+            ),
+            "round the path's corners",
         )
 
 
@@ -416,8 +427,9 @@ def _check_precise(position: Callable[[Array], Array], h: float, duration: float
     noise = np.median(moving) if len(moving) >= 5 else 0.0
     if noise > max(0.01 * np.linalg.norm(far, axis=1).max(), 0.01):
         raise InputError(
-            f"position is rounded too coarsely: its acceleration is wrong by {noise:.2g} m/s²; "
-            "compute it in double precision near the origin."
+            "position",
+            f"is rounded too coarsely: its acceleration is wrong by {noise:.2g} m/s²",
+            "compute it in double precision near the origin",
         )
 
 
@@ -462,5 +474,7 @@ def _points(points: ArrayLike) -> Array:
     """Return points (n, 3) from points (n, 2 or 3), or raise InputError."""
     rows = checks.finite_array(points)
     if rows is None or rows.ndim != 2 or rows.shape[1] not in (2, 3) or len(rows) < 2:
-        raise InputError(f"points is {shown(points)}; give 2 or more points of 2 or 3 numbers [m].")
+        raise InputError(
+            "points", f"is {shown(points)}", "give 2 or more points of 2 or 3 numbers [m]"
+        )
     return np.hstack([rows, np.zeros((len(rows), 3 - rows.shape[1]))])

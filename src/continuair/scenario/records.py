@@ -27,11 +27,11 @@ def with_known_fields(called: str, remedy: str) -> Callable[[type[_Record]], typ
             for name in fields:
                 if name not in signature.parameters:
                     known = nearest(name, signature.parameters)
-                    raise InputError(f"{name} is not a field of {called}; {known}.")
+                    raise InputError(name, f"is not a field of {called}", known)
             try:
                 signature.bind(*values, **fields)
             except TypeError as error:
-                raise InputError(f"{called} cannot be made ({error}); {remedy}.") from None
+                raise InputError(called, f"cannot be made ({error})", remedy) from None
             create(self, *values, **fields)
 
         record.__init__ = checked  # type: ignore[assignment, method-assign]

@@ -136,7 +136,7 @@ class Scenario(Immutable):
 
     def __post_init__(self) -> None:
         if not is_title(self.name):
-            raise InputError(f"name is {shown(self.name)}, but must be text; give a name.")
+            raise InputError("name", f"is {shown(self.name)}, but must be text", "give a name")
         checked: dict[str, Any] = {"q": _state("q", self.q)}
         width = checked["q"].shape[-1]
         given = np.zeros(width) if self.qd is None else self.qd
@@ -145,8 +145,11 @@ class Scenario(Immutable):
         checked["rotor_thrust"] = _thrusts(self.rotor_thrust)
         _check_runs(checked)
         if not checks.is_number(self.tip_wrench_sign) or self.tip_wrench_sign not in (1, -1):
-            problem = f"tip_wrench_sign is {shown(self.tip_wrench_sign)}, but must be 1 or -1"
-            raise InputError(f"{problem}; give 1 for a wrench that acts on the tip.")
+            raise InputError(
+                "tip_wrench_sign",
+                f"is {shown(self.tip_wrench_sign)}, but must be 1 or -1",
+                "give 1 for a wrench that acts on the tip",
+            )
         checked["tip_wrench_sign"] = int(self.tip_wrench_sign)
         checked["duration"] = checks.positive("duration", self.duration, " [s]")
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
@@ -166,8 +169,9 @@ class Scenario(Immutable):
         """Raise InputError for a controller, target or set-points that cannot be used."""
         if self.controller is not None and not isinstance(self.controller, Controller):
             raise InputError(
-                f"controller is {shown(self.controller)}; give one of continuair.controllers, such "
-                "as servoing(...)."
+                "controller",
+                f"is {shown(self.controller)}",
+                "give one of continuair.controllers, such as servoing(...)",
             )
         if self.target is not None:
             object.__setattr__(self, "target", _checked_targets(self.target))
@@ -175,8 +179,9 @@ class Scenario(Immutable):
             self._check_setpoints()
         if self.controller is not None and self.controller.looks and not self.targets:
             raise InputError(
-                f"target is None, but the controller {self.controller.name} needs one; give a "
-                "continuair.Target."
+                "target",
+                f"is None, but the controller {self.controller.name} needs one",
+                "give a continuair.Target",
             )
 
     def _check_callback(self) -> None:
@@ -185,33 +190,42 @@ class Scenario(Immutable):
             return
         if not callable(self.force_callback):
             raise InputError(
-                f"force_callback is {shown(self.force_callback)}; give a function f(t, state) that "
-                "returns a continuair.Wrench."
+                "force_callback",
+                f"is {shown(self.force_callback)}",
+                "give a function f(t, state) that returns a continuair.Wrench",
             )
         if self.controller is not None:
             raise InputError(
-                f"force_callback is given with the controller {self.controller.name}, but works "
-                "in open loop only; write the force as a continuair.Term."
+                "force_callback",
+                (
+                    f"is given with the controller {self.controller.name}, but works in "
+                    "open loop only"
+                ),
+                "write the force as a continuair.Term",
             )
 
     def _check_setpoints(self) -> None:
         """Raise InputError for set-points that the controller cannot follow."""
         if not isinstance(self.setpoints, Setpoints):
             raise InputError(
-                f"setpoints is {shown(self.setpoints)}; give continuair.Setpoints(position=...)."
+                "setpoints",
+                f"is {shown(self.setpoints)}",
+                "give continuair.Setpoints(position=...)",
             )
         law = self.controller
         if law is None or not law.guided or law.looks:
             name = "None" if law is None else law.name
             raise InputError(
-                f"controller is {name}, which follows no setpoints; give "
-                "continuair.flight_controller(vehicle), or omit setpoints."
+                "controller",
+                f"is {name}, which follows no setpoints",
+                "give continuair.flight_controller(vehicle), or omit setpoints",
             )
         held = law.gains.get("bend_limit")
         if self.setpoints.bend is not None and held is not None and not held.any():
             raise InputError(
-                f"setpoints has a bend, which the controller {law.name} does not control; "
-                "give it a bend_bandwidth above 0, or omit bend."
+                "setpoints",
+                f"has a bend, which the controller {law.name} does not control",
+                "give it a bend_bandwidth above 0, or omit bend",
             )
 
     @property
@@ -307,8 +321,9 @@ def _state(field: str, value: object, width: int | None = None) -> Array:
     names = "[x y z roll pitch yaw kappa psi_a]" if many >= _ONE else "[x y z roll pitch yaw]"
     further = " and kappa psi_a of each further section" if width not in (_UAV, _ONE) else ""
     raise InputError(
-        f"{field} is {shown(value)}, but must be {many} finite numbers or a row of {many} per run; "
-        f"give {names}{further}{rates}."
+        field,
+        f"is {shown(value)}, but must be {many} finite numbers or a row of {many} per run",
+        f"give {names}{further}{rates}",
     )
 
 
@@ -335,8 +350,13 @@ def _check_runs(fields: dict[str, Any]) -> None:
         if isinstance(value, np.ndarray) and value.ndim == 2
     }
     if len(set(lengths.values())) > 1:
-        found = " and ".join(f"{name} holds {runs}" for name, runs in lengths.items())
-        raise InputError(f"{found} runs; give equally many rows in each, or one row for all runs.")
+        (first, count), *others = lengths.items()
+        rest = "".join(f" and {name} {runs}" for name, runs in others)
+        raise InputError(
+            first,
+            f"holds {count}{rest} runs",
+            "give equally many rows in each, or one row for all runs",
+        )
 
 
 def _input(field: str, value: Any, width: int) -> Array | Callable[[float], ArrayLike] | None:
@@ -352,15 +372,19 @@ def _input(field: str, value: Any, width: int) -> Array | Callable[[float], Arra
                 given = value(0.0)
         except Exception as error:  # whatever a user's function raises
             reason = " ".join(f"{type(error).__name__}: {error}".split())
-            problem = f"{field} cannot be evaluated at t = 0 ({reason})"
-            raise InputError(f"{problem}; give a function of the time alone.") from error
+            raise InputError(
+                field,
+                f"cannot be evaluated at t = 0 ({reason})",
+                "give a function of the time alone",
+            ) from error
     array = _finite_array(given)
     if array is None or not _is_rows(array) or not _fits(field, array.shape[-1], width):
         numbers = f"{size} finite numbers or a row of {size} per run"
         if field == "rotor_command":
             numbers = "a finite number for each rotor, or a row of them per run"
-        problem = f"{field} is {shown(given)}{at}, but must be {numbers}"
-        raise InputError(f"{problem}; give {_INPUTS[field]}.")
+        raise InputError(
+            field, f"is {shown(given)}{at}, but must be {numbers}", f"give {_INPUTS[field]}"
+        )
     result: Array | Callable[[float], ArrayLike] = value if at else array
     return result
 
@@ -372,8 +396,9 @@ def _thrusts(value: Any) -> Array | None:
     array = _finite_array(value)
     if array is None or not _is_rows(array) or not (array >= 0.0).all():
         raise InputError(
-            f"rotor_thrust is {shown(value)}; give a finite thrust of 0 or more for each rotor "
-            "[N], or a row of them per run."
+            "rotor_thrust",
+            f"is {shown(value)}",
+            "give a finite thrust of 0 or more for each rotor [N], or a row of them per run",
         )
     return array
 
@@ -383,7 +408,7 @@ def _jumps(value: Any, duration: float) -> tuple[float, ...]:
     array = _finite_array(np.empty(0) if isinstance(value, tuple) and not value else value)
     if array is None or array.ndim != 1 or not ((array > 0) & (array < duration)).all():
         raise InputError(
-            f"jumps is {shown(value)}; give a list of times above 0 and below {duration:g} s."
+            "jumps", f"is {shown(value)}", f"give a list of times above 0 and below {duration:g} s"
         )
     return tuple(np.unique(array).tolist())
 
@@ -392,15 +417,18 @@ def _checked_targets(given: Any) -> Target | tuple[Target, ...]:
     """Return a target or a tuple of targets with the same points, or raise InputError."""
     targets = given if isinstance(given, (list, tuple)) and given else [given]
     if any(not isinstance(target, Target) for target in targets):
-        raise InputError(f"target is {shown(given)}; give a continuair.Target, or one per run.")
+        raise InputError("target", f"is {shown(given)}", "give a continuair.Target, or one per run")
     counts = sorted({len(target.points) for target in targets}, reverse=True)
     if len(counts) > 1:
         raise InputError(
-            f"target has targets of {counts[0]} and {counts[1]} points; give all runs the same "
-            "points."
+            "target",
+            f"has targets of {counts[0]} and {counts[1]} points",
+            "give all runs the same points",
         )
     if any(not np.array_equal(target.points, targets[0].points) for target in targets):
-        raise InputError("target has targets of different points; give all runs the same points.")
+        raise InputError(
+            "target", "has targets of different points", "give all runs the same points"
+        )
     return given if isinstance(given, Target) else tuple(targets)
 
 

@@ -74,13 +74,18 @@ class Setpoints(Immutable):
         arrays = [name for name in WIDTHS if isinstance(getattr(self, name), np.ndarray)]
         if self.times is not None and not arrays:
             raise InputError(
-                f"times of the setpoints is {shown(self.times)}, but no set-point is an array over "
-                "them; give such an array, or omit times."
+                "times",
+                (
+                    f"of the setpoints is {shown(self.times)}, but no set-point is an "
+                    "array over them"
+                ),
+                "give such an array, or omit times",
             )
         if self.yaw_rate is not None and self.yaw is None:
             raise InputError(
-                "yaw_rate of the setpoints is given without yaw; give the matching yaw, such as "
-                "lambda t: 0.5 * t."
+                "yaw_rate",
+                "of the setpoints is given without yaw",
+                "give the matching yaw, such as lambda t: 0.5 * t",
             )
         if self.times is not None and isinstance(self.yaw, np.ndarray):
             _warn_of_wraps(self.yaw[..., 0], np.asarray(self.times))
@@ -102,8 +107,9 @@ class Setpoints(Immutable):
         counts.discard(1)
         if len(counts) > 1:
             raise InputError(
-                f"setpoints hold {' and '.join(map(str, sorted(counts)))} runs; give as many rows "
-                "in each, or one for all runs."
+                "setpoints",
+                f"hold {' and '.join(map(str, sorted(counts)))} runs",
+                "give as many rows in each, or one for all runs",
             )
         return counts.pop() if counts else None
 
@@ -139,7 +145,7 @@ class Setpoints(Immutable):
         if callable(value):
             found = [_rows(name, _called(name, value, t), None) for t in instants.tolist()]
             if len({rows.shape for rows in found}) > 1:
-                raise InputError(f"{name} of the setpoints changes its shape over time; keep it.")
+                raise InputError(name, "of the setpoints changes its shape over time", "keep it")
             for i in checks.asked_again(len(instants)):
                 again = _rows(name, _called(name, value, float(instants[i])), None)
                 checks.repeats(f"{name} of the setpoints", found[i], again)
@@ -205,8 +211,9 @@ def _rows(name: str, value: Any, times: int | None) -> Array:
         or not _fits(found, width, times)
     ):
         raise InputError(
-            f"{name} of the setpoints is {shown(value)}; give finite numbers, {wanted}, or a row "
-            f"of them per run{instead}."
+            name,
+            f"of the setpoints is {shown(value)}",
+            f"give finite numbers, {wanted}, or a row of them per run{instead}",
         )
     if times is None:
         return found.reshape(-1, 1, found.shape[-1])
@@ -227,8 +234,9 @@ def _called(name: str, value: Callable[[float], ArrayLike], time: float) -> Any:
     except Exception as error:  # whatever a user's function raises
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise InputError(
-            f"{name} of the setpoints cannot be evaluated at t = {time:g} s ({reason}); give a "
-            "function of the time alone."
+            name,
+            f"of the setpoints cannot be evaluated at t = {time:g} s ({reason})",
+            "give a function of the time alone",
         ) from error
 
 
@@ -236,7 +244,9 @@ def _checked_times(value: Any) -> Array:
     """Return increasing times (n,), or raise InputError."""
     found = checks.finite_array(value)
     if found is None or found.ndim != 1 or len(found) < 2 or not (np.diff(found) > 0.0).all():
-        raise InputError(f"times of the setpoints is {shown(value)}; give two or more, rising [s].")
+        raise InputError(
+            "times", f"of the setpoints is {shown(value)}", "give two or more, rising [s]"
+        )
     return checks.frozen(found)
 
 

@@ -86,26 +86,35 @@ class Target(Immutable):
 
     def __post_init__(self) -> None:
         if not isinstance(self.path, Path):
-            raise InputError(f"path is {shown(self.path)}; give one, such as paths.letter('M').")
+            raise InputError(
+                "path", f"is {shown(self.path)}", "give one, such as paths.letter('M')"
+            )
         _check_motion(self.path, self.path.duration)
         rows = checks.finite_array(self.points)
         if rows is None or rows.ndim != 2 or rows.shape[1] != 3 or len(rows) < 3:
             raise InputError(
-                f"points is {shown(self.points)}; give at least 3 points of 3 finite numbers [m]."
+                "points",
+                f"is {shown(self.points)}",
+                "give at least 3 points of 3 finite numbers [m]",
             )
         attitude = checks.vector("camera_attitude", self.camera_attitude, 4)
         norm = np.linalg.norm(attitude)
         if abs(norm - 1.0) > _UNIT_NORM_TOLERANCE:
             raise InputError(
-                f"camera_attitude is {shown(self.camera_attitude)}, of norm {norm:.4g}; give a "
-                "unit quaternion x y z w."
+                "camera_attitude",
+                f"is {shown(self.camera_attitude)}, of norm {norm:.4g}",
+                "give a unit quaternion x y z w",
             )
         object.__setattr__(self, "camera_attitude", checks.frozen(attitude / norm))
         nearest = 0.0 - (rows @ self._camera_axes)[:, 2].min()
         if not checks.is_number(self.distance) or not nearest < self.distance:
             raise InputError(
-                f"distance is {shown(self.distance)}; give a number above {nearest:g} [m], so that "
-                "all points lie in front of the camera."
+                "distance",
+                f"is {shown(self.distance)}",
+                (
+                    f"give a number above {nearest:g} [m], so that all points lie in front "
+                    "of the camera"
+                ),
             )
         object.__setattr__(self, "points", checks.frozen(rows))
         object.__setattr__(self, "distance", float(self.distance))
@@ -174,8 +183,12 @@ def _check_motion(path: Path, end: float) -> None:
         at = _jump(path, end, count, nothing)
     if at is not None:
         raise InputError(
-            f"path {path.name} jumps, or its velocity is not the derivative of its position, near "
-            f"t = {at:.3g} s; give a path with bounded acceleration."
+            "path",
+            (
+                f"{path.name} jumps, or its velocity is not the derivative of its "
+                f"position, near t = {at:.3g} s"
+            ),
+            "give a path with bounded acceleration",
         )
 
 
@@ -193,11 +206,12 @@ def _jump(path: Path, end: float, count: int, nothing: float) -> float | None:
         shapes = set()
     if shapes != {(count, 3)}:
         raise InputError(
-            f"path {path.name} does not return three arrays (n, 3) for n times; return position, "
-            "velocity and acceleration."
+            "path",
+            f"{path.name} does not return three arrays (n, 3) for n times",
+            "return position, velocity and acceleration",
         )
     if not np.isfinite([position, velocity, acceleration]).all():
-        raise InputError(f"path {path.name} is not finite; correct its motion.")
+        raise InputError("path", f"{path.name} is not finite", "correct its motion")
     again = checks.asked_again(count)
     checks.repeats(f"path {path.name}", position[again], np.asarray(path(times[again])[0], float))
     moved = np.diff(position, axis=0)

@@ -89,7 +89,7 @@ def chosen_letters(letters: object) -> list[str]:
         If `letters` is not a string of these letters.
     """
     if not isinstance(letters, str):
-        raise InputError(f"letters is {shown(letters)}; use some of {''.join(LETTERS)}.")
+        raise InputError("letters", f"is {shown(letters)}", f"use some of {''.join(LETTERS)}")
     return checks.choices("letters", list(letters.upper()), LETTERS)
 
 

@@ -184,11 +184,15 @@ def dryden(
     }
     if altitude > _HIGHEST:
         raise InputError(
-            f"altitude is {shown(altitude)}; give at most {_HIGHEST:g} m, the model's upper limit."
+            "altitude",
+            f"is {shown(altitude)}",
+            f"give at most {_HIGHEST:g} m, the model's upper limit",
         )
     steps = math.ceil(settings["duration"] / settings["step"] - 1e-9)
     if steps >= _MOST_KNOTS:
-        raise InputError(f"step is {shown(step)}, too short for {duration:g} s; give a longer one.")
+        raise InputError(
+            "step", f"is {shown(step)}, too short for {duration:g} s", "give a longer one"
+        )
     steady = checks.vector("mean", mean, 3)
     given = checks.seed(seed)
     seeds = list(given) if isinstance(given, tuple) else [given]

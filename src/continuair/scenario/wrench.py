@@ -42,7 +42,9 @@ class Wrench:
         at = self.at
         of_arm = isinstance(at, tuple) and len(at) == 2 and at[0] == "tip" and type(at[1]) is int
         if not of_arm and at not in ("uav", "tip"):
-            raise InputError(f"at is {shown(at)}; give 'uav', 'tip' or ('tip', index of the arm).")
+            raise InputError(
+                "at", f"is {shown(at)}", "give 'uav', 'tip' or ('tip', index of the arm)"
+            )
 
 
 @dataclass(frozen=True, eq=False)

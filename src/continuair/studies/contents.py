@@ -100,8 +100,9 @@ def damaged(path: Path, error: Exception) -> InputError:
         An error that names folder, reason and remedy.
     """
     return InputError(
-        f"folder is {printed(path)}, whose results cannot be read ({reason(error)}); run the "
-        "study again."
+        "folder",
+        f"is {printed(path)}, whose results cannot be read ({reason(error)})",
+        "run the study again",
     )
 
 
@@ -110,14 +111,15 @@ def _read(path: Path, inside: bool = False) -> Contents:
     marker = path / MARKER
     if not marker.is_file() or marker.is_symlink() or (inside and path.is_symlink()):
         raise InputError(
-            f"folder is {printed(path)}, which holds no results of continuair; name one that a "
-            "study has written with --out."
+            "folder",
+            f"is {printed(path)}, which holds no results of continuair",
+            "name one that a study has written with --out",
         )
     made = _object(_text(marker))
     check_version("folder", path, str(made.get("version", "0")))
     if (path / UNFINISHED).exists():
         raise InputError(
-            f"folder is {printed(path)}, whose writing was interrupted; run the study again."
+            "folder", f"is {printed(path)}, whose writing was interrupted", "run the study again"
         )
     (study,) = bare([made["study"]])
     numbers = path / f"{study}.json"

@@ -55,7 +55,7 @@ class ResultFolder:
 
     def __init__(self, path: str | os.PathLike[str], study: str, command: str = "") -> None:
         if not os.fspath(path):
-            raise InputError("out is empty; name a folder, such as results (. is this one).")
+            raise InputError("out", "is empty", "name a folder, such as results (. is this one)")
         self.path = user_path("out", path)
         self.study, self.command = study, command
         self._stale: set[str] = set()
@@ -193,8 +193,12 @@ class ResultFolder:
             ours = name in self._parts | self._earlier_parts
             if os.path.lexists(self.path / name) and (not ours or (self.path / name).is_symlink()):
                 raise InputError(
-                    f"out is {printed(self.path)}, which holds {name} that this study has not "
-                    "written; move it away or name another folder."
+                    "out",
+                    (
+                        f"is {printed(self.path)}, which holds {name} that this study has "
+                        "not written"
+                    ),
+                    "move it away or name another folder",
                 )
 
     def part(self, name: str) -> Path:
@@ -242,8 +246,9 @@ class ResultFolder:
         self._check_file(name)
         if os.path.lexists(self.path / name) and name not in self._stale | self._written:
             raise InputError(
-                f"out is {printed(self.path)}, which holds {name} that this study has not written; "
-                "remove that file or name another folder."
+                "out",
+                f"is {printed(self.path)}, which holds {name} that this study has not written",
+                "remove that file or name another folder",
             )
         self._written.add(name)
         self._mark(self._stale | self._written)
@@ -253,13 +258,15 @@ class ResultFolder:
     def _check_file(self, name: str) -> None:
         if (self.path / name).is_symlink():
             raise InputError(
-                f"out is {printed(self.path)}, in which {name} is a link; remove it, or name "
-                "another folder for the results."
+                "out",
+                f"is {printed(self.path)}, in which {name} is a link",
+                "remove it, or name another folder for the results",
             )
         if (self.path / name).is_dir():
             raise InputError(
-                f"out is {printed(self.path)}, in which {name} is a folder; move it away, or name "
-                "another folder for the results."
+                "out",
+                f"is {printed(self.path)}, in which {name} is a folder",
+                "move it away, or name another folder for the results",
             )
 
     def _remove(self, names: Iterable[str]) -> None:
@@ -271,7 +278,7 @@ class ResultFolder:
     def _make(self) -> list[Path]:
         """Make the folder; return the folders made, outermost first."""
         if os.path.lexists(self.path) and not self.path.is_dir():
-            raise InputError(f"out is {printed(self.path)}, which is a file; name a folder.")
+            raise InputError("out", f"is {printed(self.path)}, which is a file", "name a folder")
         missing = [path for path in (self.path, *self.path.parents) if not path.exists()]
         self.path.mkdir(parents=True, exist_ok=True)
         return missing[::-1]
@@ -300,16 +307,18 @@ class ResultFolder:
             study, files, self._earlier_parts = _read(marker)
             if study != self.study:
                 raise InputError(
-                    f"out is {printed(self.path)}, which holds results of another study ({study}); "
-                    "name another folder."
+                    "out",
+                    f"is {printed(self.path)}, which holds results of another study ({study})",
+                    "name another folder",
                 )
             for name in files | {UNFINISHED}:
                 self._check_file(name)
             self._stale = files
         elif any(self.path.iterdir()):
             raise InputError(
-                f"out is {printed(self.path)}, which holds files that are not results of this "
-                "study; name a new or empty folder."
+                "out",
+                f"is {printed(self.path)}, which holds files that are not results of this study",
+                "name a new or empty folder",
             )
         else:
             self._mark(self._stale)
@@ -336,8 +345,11 @@ class ResultFolder:
             raise self._unusable(error) from None
 
     def _unusable(self, error: OSError | ValueError) -> InputError:
-        problem = f"out is {printed(self.path)}, which cannot be written to ({reason(error)})"
-        return InputError(f"{problem}; name a folder that you may write to.")
+        return InputError(
+            "out",
+            f"is {printed(self.path)}, which cannot be written to ({reason(error)})",
+            "name a folder that you may write to",
+        )
 
 
 def _read(marker: Path) -> tuple[str, set[str], set[str]]:
@@ -386,8 +398,9 @@ def add_file(folder: Path, name: str, text: str) -> Path:
         made = json.loads(marker.read_text(encoding="utf-8"))
         if os.path.lexists(path) and (path.is_symlink() or name not in made["files"]):
             raise InputError(
-                f"folder is {printed(folder)}, which holds {name} that no study has written; "
-                "remove that file."
+                "folder",
+                f"is {printed(folder)}, which holds {name} that no study has written",
+                "remove that file",
             )
         replace(path, text)
         made["files"] = sorted({*made["files"], name})
@@ -395,8 +408,11 @@ def add_file(folder: Path, name: str, text: str) -> Path:
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
-        problem = f"folder is {printed(folder)}, which cannot be written to ({reason(error)})"
-        raise InputError(f"{problem}; copy it to where you may write.") from None
+        raise InputError(
+            "folder",
+            f"is {printed(folder)}, which cannot be written to ({reason(error)})",
+            "copy it to where you may write",
+        ) from None
     return path
 
 

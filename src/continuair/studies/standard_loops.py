@@ -43,14 +43,16 @@ def hover_loop(vehicle: Vehicle, loop: str, bandwidth: float | None = None) -> C
     if checks.choice("loop", loop, LOOPS) == "none":
         if bandwidth is not None:
             raise InputError(
-                f"bandwidth is {shown(bandwidth)}, but loop 'none' has none; leave it out, or give "
-                "loop='position'."
+                "bandwidth",
+                f"is {shown(bandwidth)}, but loop 'none' has none",
+                "leave it out, or give loop='position'",
             )
         return None
     if vehicle.runs is not None:
         raise InputError(
-            f"loop is {loop!r}, but the vehicle is a batch of {vehicle.runs}; give one vehicle, as "
-            "gains are made for each, or loop='none'."
+            "loop",
+            f"is {loop!r}, but the vehicle is a batch of {vehicle.runs}",
+            "give one vehicle, as gains are made for each, or loop='none'",
         )
     held = _held(vehicle, bandwidth)
     return held if loop == "position" else _free_sideways(held)

@@ -31,15 +31,17 @@ def connected(address: str) -> Iterator[Any]:
 
     if address.startswith("tls:") and not dask.config.get("distributed.comm.tls.client.cert", None):
         raise InputError(
-            f"scheduler is {shown(address)}, but this client has no certificate; set "
-            "DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and __KEY, and the CA_FILE."
+            "scheduler",
+            f"is {shown(address)}, but this client has no certificate",
+            "set DASK_DISTRIBUTED__COMM__TLS__CLIENT__CERT and __KEY, and the CA_FILE",
         )
     try:
         client = Client(address, timeout=_ANSWER_WITHIN, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
-            f"scheduler is {shown(address)}, which does not answer ({type(error).__name__}); start "
-            "'dask scheduler', and give the address that it prints."
+            "scheduler",
+            f"is {shown(address)}, which does not answer ({type(error).__name__})",
+            "start 'dask scheduler', and give the address that it prints",
         ) from None
     with _quiet(), client:
         yield client
@@ -83,8 +85,9 @@ def compute_on(
             if error is None:
                 # Cancelled without an error, as when the scheduler has ended.
                 raise InputError(
-                    f"scheduler is {shown(address)}, which has ended or cancelled the sweep; "
-                    "restart it, and repeat the command to continue."
+                    "scheduler",
+                    f"is {shown(address)}, which has ended or cancelled the sweep",
+                    "restart it, and repeat the command to continue",
                 )
             failed[tasks[task]] = error
             if isinstance(error, InputError):
@@ -113,5 +116,5 @@ def _prepared(path: str, device: str) -> Store:
         store = open_store(Path(path), device)
         check(store.design, device)
     except InputError as error:
-        raise error.within(f"worker {platform.node()}: ") from None
+        raise error.located(f"worker {platform.node()}") from None
     return store

@@ -180,14 +180,15 @@ def load_design(
     elif isinstance(design, (str, os.PathLike)):
         found = _from_file(user_path("design", design))
     else:
-        raise InputError(f"design is {shown(design)}; give a .toml file or an xarray Dataset.")
+        raise InputError("design", f"is {shown(design)}", "give a .toml file or an xarray Dataset")
     if metrics is not None:
         found = replace(found, base=changed(found.base, {"metrics": metrics}))
     for name in found.metrics:
         if name not in found.possible_metrics:
             raise InputError(
-                f"metrics has {shown(name)}, which this design does not have; use "
-                f"{', '.join(found.possible_metrics)}."
+                "metrics",
+                f"has {shown(name)}, which this design does not have",
+                f"use {', '.join(found.possible_metrics)}",
             )
     return found
 
@@ -198,16 +199,16 @@ def _from_file(path: Path) -> Design:
     try:
         return _from_tables(tables, path.parent)
     except InputError as error:
-        raise error.within(f"{printed(path)}: ") from None
+        raise error.located(printed(path)) from None
 
 
 def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
     """Return the design of tables."""
     vary, fixed = tables.pop("vary", []), tables.pop("set", {})
     if not isinstance(vary, list) or any(not isinstance(table, dict) for table in vary):
-        raise InputError("vary is not a list of tables; write [[vary]] above each of them.")
+        raise InputError("vary", "is not a list of tables", "write [[vary]] above each of them")
     if not isinstance(fixed, dict):
-        raise InputError(f"set is {shown(fixed)}; give a table of fields ([set]).")
+        raise InputError("set", f"is {shown(fixed)}", "give a table of fields ([set])")
     base = Base(**tables)
     variables = {
         name: Variable((), np.asarray(values(name, [value])[0]))
@@ -219,15 +220,16 @@ def _from_tables(tables: dict[str, Any], folder: Path) -> Design:
         found = values_along(given, [base.seed, index])
         dimension = table.get("dimension", next(iter(found)).rpartition(".")[2])
         if "dimension" in table and not is_title(dimension):
-            raise InputError(f"dimension is {shown(dimension)}; give one line of text.")
+            raise InputError("dimension", f"is {shown(dimension)}", "give one line of text")
         if dimension in sizes:
             raise InputError(
-                f"dimension {shown(dimension)} is that of two vary tables; merge them if their "
-                "fields vary together, or rename one dimension."
+                "dimension",
+                f"{shown(dimension)} is that of two vary tables",
+                "merge them if their fields vary together, or rename one dimension",
             )
         for name, column in found.items():
             if name in variables:
-                raise InputError(f"{name} varies in two tables; remove it from one.")
+                raise InputError(name, "varies in two tables", "remove it from one")
             variables[name] = Variable((dimension,), column)
         sizes[dimension] = len(next(iter(found.values())))
     return _design(base, _vehicle(base, folder), variables, sizes)
@@ -255,8 +257,9 @@ def _labels(name: str, given: Array) -> Array:
     are_numbers = given.dtype.kind in "biuf" and np.isfinite(given).all()
     if not are_numbers and given.dtype.kind != "U":
         raise InputError(
-            f"design labels its dimension {shown(name)} with {shown(given.tolist())}; give finite "
-            "numbers or texts, or no labels."
+            "design",
+            f"labels its dimension {shown(name)} with {shown(given.tolist())}",
+            "give finite numbers or texts, or no labels",
         )
     return given
 
@@ -281,7 +284,7 @@ def _design(
     for name in sizes:
         if not name or name in RESERVED:
             raise InputError(
-                f"dimension is {shown(name)}, which results use themselves; give another name."
+                "dimension", f"is {shown(name)}, which results use themselves", "give another name"
             )
     return design
 

@@ -178,5 +178,5 @@ def _checked_shard(shard: tuple[int, int]) -> tuple[int, int]:
     """Return a pair (i, n) with i from 1 to n, or raise InputError."""
     pair = isinstance(shard, tuple) and len(shard) == 2 and all(map(checks.is_whole, shard))
     if not pair or not 1 <= shard[0] <= shard[1]:
-        raise InputError(f"shard is {shown(shard)}; give (i, n) with i from 1 to n.")
+        raise InputError("shard", f"is {shown(shard)}", "give (i, n) with i from 1 to n")
     return shard[0], shard[1]

@@ -48,7 +48,9 @@ def bytes_needed(design: Design, size: int) -> int:
 def check_new(path: Path, design: Design, size: int) -> None:
     """Raise InputError unless a store can be created: a usable folder, with space on its disk."""
     if path.exists() and not path.is_dir():
-        raise InputError(f"out is {printed(path)}, which is a file; name a folder for the store.")
+        raise InputError(
+            "out", f"is {printed(path)}, which is a file", "name a folder for the store"
+        )
     # The metadata exists if another process has just created the store.
     known = (*_ARRAYS, METADATA)
     foreign = [
@@ -58,15 +60,23 @@ def check_new(path: Path, design: Design, size: int) -> None:
     ]
     if foreign:
         raise InputError(
-            f"out is {printed(path)}, which has {printed(sorted(foreign)[0])} and is not a store "
-            "of a sweep; name a new or empty folder."
+            "out",
+            (
+                f"is {printed(path)}, which has {printed(sorted(foreign)[0])} and is not a "
+                "store of a sweep"
+            ),
+            "name a new or empty folder",
         )
     existing = next(folder for folder in (path, *path.absolute().parents) if folder.is_dir())
     needed, free = bytes_needed(design, size), shutil.disk_usage(existing).free
     if needed * _DISK_MARGIN > free:
         raise InputError(
-            f"out is {printed(path)}, where the design's {design.runs:,} runs take "
-            f"{_size(needed)}, but {_size(free)} are free; vary less, or use another disk."
+            "out",
+            (
+                f"is {printed(path)}, where the design's {design.runs:,} runs take "
+                f"{_size(needed)}, but {_size(free)} are free"
+            ),
+            "vary less, or use another disk",
         )
 
 
@@ -100,8 +110,12 @@ def renew(path: Path, design: Design, device: str) -> None:
         with _new(path, design, device) as new:
             if not _is_of(design, device, path, new):
                 raise InputError(
-                    f"out is {printed(path)}, which is damaged and has no results of this design, "
-                    "device and versions; use the original ones, or another folder."
+                    "out",
+                    (
+                        f"is {printed(path)}, which is damaged and has no results of this "
+                        "design, device and versions"
+                    ),
+                    "use the original ones, or another folder",
                 )
             for name in _description(new):
                 (path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -225,8 +239,9 @@ def _move(source: Path, target: Path) -> None:
     names = {name for name in _description(source.parent) if name.startswith(f"{source.name}/")}
     if not all(_same(source.parent / name, target.parent / name) for name in names):
         raise InputError(
-            f"out is {printed(target.parent)}, which has an unfinished store of another sweep; "
-            "remove it if nothing is writing there, or name another folder."
+            "out",
+            f"is {printed(target.parent)}, which has an unfinished store of another sweep",
+            "remove it if nothing is writing there, or name another folder",
         )
 
 
@@ -257,8 +272,9 @@ def _same(one: Path, other: Path) -> bool:
 def _unwritable(path: Path, error: OSError) -> InputError:
     """Return an InputError for a folder that cannot be written to."""
     return InputError(
-        f"out is {printed(path)}, which cannot be written to ({reason(error)}); name another "
-        "folder."
+        "out",
+        f"is {printed(path)}, which cannot be written to ({reason(error)})",
+        "name another folder",
     )
 
 

@@ -131,7 +131,9 @@ def run_pairs(
     tolerance = tolerance_for(method, rtol, atol, max_step)
     if checks.flag("check", check) and tolerance is None:
         raise InputError(
-            f"check is True, but method is {shown(method)}; give method='{TSIT5}', or use simulate."
+            "check",
+            f"is True, but method is {shown(method)}",
+            f"give method='{TSIT5}', or use simulate",
         )
     flight = prepare(
         vehicle,
@@ -285,7 +287,7 @@ def _checked_models(models: Sequence[Model]) -> tuple[Model, ...]:
     """Return the models to simulate, the reference first."""
     listed = isinstance(models, Sequence) and not isinstance(models, str)
     if not listed or any(name not in MODELS for name in models):
-        raise InputError(f"models is {shown(models)}; give a list of {', '.join(SIMPLER)}.")
+        raise InputError("models", f"is {shown(models)}", f"give a list of {', '.join(SIMPLER)}")
     return (REFERENCE, *(name for name in dict.fromkeys(models) if name != REFERENCE))
 
 
@@ -293,12 +295,14 @@ def _checked_settle(settle: float, flight: Flight) -> float:
     """Return a valid settling time [s], or raise InputError."""
     if not checks.is_number(settle) or not 0.0 <= settle < flight.duration:
         raise InputError(
-            f"settle is {shown(settle)}; give a time from 0 to below the duration "
-            f"{flight.duration:g} s."
+            "settle",
+            f"is {shown(settle)}",
+            f"give a time from 0 to below the duration {flight.duration:g} s",
         )
     if settle and flight.scenario.controller is None:
         raise InputError(
-            f"settle is {shown(settle)}, but the scenario has no controller; omit it, or use "
-            "`compare` from that time on."
+            "settle",
+            f"is {shown(settle)}, but the scenario has no controller",
+            "omit it, or use `compare` from that time on",
         )
     return float(settle)

@@ -52,8 +52,9 @@ def check_read(base: Base, varied: Mapping[str, Array]) -> None:
     for field in varied:
         if field.startswith(_CAMERA) and field != _CAMERA + "arm" and base.controller is None:
             raise InputError(
-                f"{field} is given, but has no effect without a [controller]; omit it, or give "
-                "a [controller] and a [target]."
+                field,
+                "is given, but has no effect without a [controller]",
+                "omit it, or give a [controller] and a [target]",
             )
     for field, readers in READERS.items():
         table, _, name = field.partition(".")
@@ -63,10 +64,11 @@ def check_read(base: Base, varied: Mapping[str, Array]) -> None:
         if any(set(chosen[choice]) & set(valid) for choice, valid in readers.items()):
             continue
         found = _values(base, varied, field)
-        problem = f"{field} varies" if len(found) > 1 else f"{field} is {shown(found[0])}"
+        given = "varies" if len(found) > 1 else f"is {shown(found[0])}"
         raise InputError(
-            f"{problem}, but has no effect with {_listed(chosen, ' and ')}; omit it, or "
-            f"give {_listed(readers, ' or ')}."
+            field,
+            f"{given}, but has no effect with {_listed(chosen, ' and ')}",
+            f"omit it, or give {_listed(readers, ' or ')}",
         )
 
 

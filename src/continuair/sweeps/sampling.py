@@ -29,21 +29,25 @@ def values_along(table: Mapping[str, Any], seed: int | Sequence[int]) -> dict[st
     """
     fields = flat({name: v for name, v in table.items() if name not in ("sampling", "count")})
     if not fields:
-        raise InputError("vary has a table without a field; name one, as in vehicle.arm.radius.")
+        raise InputError(
+            "vary", "has a table without a field", "name one, as in vehicle.arm.radius"
+        )
     if "sampling" in table:
         return _sampled(fields, table["sampling"], table.get("count"), seed)
     if "count" in table:
         raise InputError(
-            "count of a vary table needs a sampling; give sampling, one of "
-            f"{', '.join(SAMPLINGS)}, or a count in each range."
+            "count",
+            "of a vary table needs a sampling",
+            f"give sampling, one of {', '.join(SAMPLINGS)}, or a count in each range",
         )
     found = {name: _listed(name, value) for name, value in fields.items()}
     lengths = {name: len(values) for name, values in found.items()}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{name} has {length}" for name, length in lengths.items())
         raise InputError(
-            f"vary has fields of different lengths in one table ({counts}); give equally many "
-            "values, or a table for each."
+            "vary",
+            f"has fields of different lengths in one table ({counts})",
+            "give equally many values, or a table for each",
         )
     return found
 
@@ -77,10 +81,10 @@ def values(field: str, value: Any) -> Array:
     array = _array(value) if isinstance(value, (list, tuple)) and value else np.empty(0)
     if array.ndim != 1 or not len(array) or array.dtype.kind not in "biufU":
         raise InputError(
-            f"{field} is {shown(value)}; give a list of values, or a range {{from, to, count}}."
+            field, f"is {shown(value)}", "give a list of values, or a range {from, to, count}"
         )
     if array.dtype.kind == "f" and not np.isfinite(array).all():
-        raise InputError(f"{field} has {shown(value)}; give finite numbers.")
+        raise InputError(field, f"has {shown(value)}", "give finite numbers")
     return array.astype(float) if array.dtype.kind in "iu" else array
 
 
@@ -100,8 +104,9 @@ def _sampled(
     for name, value in fields.items():
         if not isinstance(value, Mapping) or "count" in value:
             raise InputError(
-                f"{name} is {shown(value)} in a sampled table; give a range {{from, to}}, or move "
-                "it to its own table."
+                name,
+                f"is {shown(value)} in a sampled table",
+                "give a range {from, to}, or move it to its own table",
             )
     ranges = {name: _range(name, value) for name, value in fields.items()}
     if sampling == "sobol":
@@ -181,13 +186,15 @@ def _range(field: str, value: Mapping[str, Any]) -> tuple[float, float, bool]:
     """Return the ends of a range, and whether its spacing is logarithmic."""
     for key in value:
         if key not in _RANGE_KEYS:
-            raise InputError(f"{field}.{key} is not part of a range; {nearest(key, _RANGE_KEYS)}.")
+            raise InputError(
+                f"{field}.{key}", "is not part of a range", f"{nearest(key, _RANGE_KEYS)}"
+            )
     low, high = (checks.number(f"{field}.{key}", value.get(key)) for key in ("from", "to"))
     spacing = checks.choice(f"{field}.spacing", value.get("spacing", "linear"), _SPACINGS)
     if spacing == "log" and not (low > 0.0 and high > 0.0):
-        raise InputError(f"{field} has spacing 'log' from {low} to {high}; give ends above 0.")
+        raise InputError(field, f"has spacing 'log' from {low} to {high}", "give ends above 0")
     if not math.isfinite(high / low if spacing == "log" else high - low):
         raise InputError(
-            f"{field} goes from {low} to {high}, beyond floating-point range; give closer ends."
+            field, f"goes from {low} to {high}, beyond floating-point range", "give closer ends"
         )
     return low, high, spacing == "log"

@@ -99,8 +99,9 @@ class Store:
             content = read_within(self.path, f"results/c/{unit}/0/0", size)
         except PermissionError as error:
             raise InputError(
-                f"out is {printed(self.path)}, which cannot be read ({reason(error)}); correct "
-                "its permissions."
+                "out",
+                f"is {printed(self.path)}, which cannot be read ({reason(error)})",
+                "correct its permissions",
             ) from None
         if flag is None or content is None or len(content) != size:
             return None
@@ -139,8 +140,10 @@ class Store:
         names = ", ".join(map(str, damaged[:_MOST_NAMED]))
         names += f" and {len(damaged) - _MOST_NAMED} more" if len(damaged) > _MOST_NAMED else ""
         raise DamagedStore(
-            f"out is {printed(self.path)}, where results of {_counted(damaged)} {names} "
-            f"(of {self.units}, from 0) are damaged; recompute them with --repair or repair=True."
+            "out",
+            f"is {printed(self.path)}, where results of {_counted(damaged)} {names} "
+            f"(of {self.units}, from 0) are damaged",
+            "recompute them with --repair or repair=True",
         )
 
     def write(self, unit: int, block: Array) -> None:
@@ -157,8 +160,9 @@ class Store:
             if self.is_done(unit) and self.read(unit) is not None:
                 return  # another process has computed the same unit, and cleaned up
             raise InputError(
-                f"out is {printed(self.path)}, which can no longer be written to ({reason(error)});"
-                " free space there, and repeat the command to continue."
+                "out",
+                f"is {printed(self.path)}, which can no longer be written to ({reason(error)})",
+                "free space there, and repeat the command to continue",
             ) from None
 
     def forget(self, units: Iterable[int]) -> None:
@@ -214,7 +218,7 @@ def open_store(
     """
     if not is_store(path):
         raise InputError(
-            f"out is {printed(path)}, where there is no store of a sweep; make one there first."
+            "out", f"is {printed(path)}, where there is no store of a sweep", "make one there first"
         )
     attributes = _attributes(path)
     _check_continued(path, attributes, design, device, any_version)
@@ -228,20 +232,25 @@ def _attributes(path: Path) -> dict[str, Any]:
         group = json.loads(read_within(path, METADATA, LARGEST_DESCRIPTION) or b"")
     except PermissionError as error:
         raise InputError(
-            f"out is {printed(path)}, which cannot be read ({reason(error)}); correct its "
-            "permissions."
+            "out",
+            f"is {printed(path)}, which cannot be read ({reason(error)})",
+            "correct its permissions",
         ) from None
     except (ValueError, RecursionError):
         raise _damaged(path, METADATA) from None
     attributes = group.get("attributes") if isinstance(group, dict) else None
     if not isinstance(attributes, dict) or "continuair_sweep" not in attributes:
         raise DamagedStore(
-            f"out is {printed(path)}, whose {METADATA} is not that of a sweep; name another folder."
+            "out", f"is {printed(path)}, whose {METADATA} is not of a sweep", "name another folder"
         )
     if attributes["continuair_sweep"] not in _READ:
         raise InputError(
-            f"out is {printed(path)}, made by another version of continuair, with other or no "
-            "checksums; use that version, or name another folder."
+            "out",
+            (
+                f"is {printed(path)}, made by another version of continuair, with other or "
+                "no checksums"
+            ),
+            "use that version, or name another folder",
         )
     if problem := problem_of(attributes):
         raise _damaged(path, METADATA, problem)
@@ -249,8 +258,9 @@ def _attributes(path: Path) -> dict[str, Any]:
         damaged = checksums.damaged_files(group, path, METADATA)
     except PermissionError as error:
         raise InputError(
-            f"out is {printed(path)}, which cannot be read ({reason(error)}); correct its "
-            "permissions."
+            "out",
+            f"is {printed(path)}, which cannot be read ({reason(error)})",
+            "correct its permissions",
         ) from None
     damaged += [name for name in _FOLDERS if is_linked(path, name)]
     if damaged:
@@ -262,8 +272,9 @@ def _damaged(path: Path, name: str, problem: str = "") -> DamagedStore:
     """Return a DamagedStore for a file of the description."""
     found = f" ({problem})" if problem else ""
     return DamagedStore(
-        f"out is {printed(path)}, whose {printed(name)} is damaged{found}; rewrite it with "
-        "--repair or repair=True, which keeps intact units."
+        "out",
+        f"is {printed(path)}, whose {printed(name)} is damaged{found}",
+        "rewrite it with --repair or repair=True, which keeps intact units",
     )
 
 
@@ -277,14 +288,21 @@ def _check_continued(
     """Raise InputError unless a store is of the design, the versions and the device."""
     if design is not None and attributes["continuair_sweep"] != FORMAT:
         raise InputError(
-            f"out is {printed(path)}, a store of an earlier version of continuair, which only "
-            "open_sweep reads; name another folder."
+            "out",
+            (
+                f"is {printed(path)}, a store of an earlier version of continuair, which "
+                "only open_sweep reads"
+            ),
+            "name another folder",
         )
     if design is not None and attributes["design_hash"] != design.digest:
         raise InputError(
-            f"out is {printed(path)}, which has the sweep of another design "
-            f"({printed(str(attributes['design']['base'].get('name')))}); name another folder, or "
-            "use that design."
+            "out",
+            (
+                f"is {printed(path)}, which has the sweep of another design "
+                f"({printed(str(attributes['design']['base'].get('name')))})"
+            ),
+            "name another folder, or use that design",
         )
     if design is not None and (
         attributes["models"] != list(design.models)
@@ -295,13 +313,18 @@ def _check_continued(
     for name in VERSIONS:
         if there[name] != here[name] and not any_version:
             raise InputError(
-                f"out is {printed(path)}, which {name} {there[name]} began, but here is "
-                f"{here[name]}; install that version, or name another folder."
+                "out",
+                f"is {printed(path)}, which {name} {there[name]} began, but here is {here[name]}",
+                "install that version, or name another folder",
             )
     if device is not None and attributes["device"] != kind(device):
         raise InputError(
-            f"out is {printed(path)}, which was begun with device {attributes['device']}, but "
-            f"device is {device}; use the same, or name another folder."
+            "out",
+            (
+                f"is {printed(path)}, which was begun with device {attributes['device']}, "
+                f"but device is {device}"
+            ),
+            "use the same, or name another folder",
         )
 
 

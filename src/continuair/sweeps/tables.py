@@ -137,7 +137,9 @@ class ScenarioTable(Part):
         """Raise InputError for both a test and an excitation."""
         if self.test is not None and self.excitation != "none":
             raise InputError(
-                f"excitation is '{self.excitation}' while test is '{self.test}'; keep one of them."
+                "excitation",
+                f"is '{self.excitation}' while test is '{self.test}'",
+                "keep one of them",
             )
         return self
 
@@ -253,7 +255,7 @@ class Base(Part):
         step_for(self.method, self.step)
         if fixed and self.check:
             raise InputError(
-                f"check is true, but method is {shown(self.method)}; omit one of them."
+                "check", f"is true, but method is {shown(self.method)}", "omit one of them"
             )
         return self
 
@@ -262,7 +264,7 @@ class Base(Part):
         """Raise InputError for a controller without a target, or the reverse."""
         if (self.controller is None) != (self.target is None):
             absent = "controller" if self.controller is None else "target"
-            raise InputError(f"{absent} is missing, but a closed loop needs both; add [{absent}].")
+            raise InputError(absent, "is missing, but a closed loop needs both", f"add [{absent}]")
         return self
 
 
@@ -287,9 +289,9 @@ def check_field(field: str, base: Base) -> None:
         remedy = f"start it with vehicle, {', '.join(TABLES)}, as in vehicle.arm.radius"
         if field in ("model", "models"):
             remedy = "list the models in models: each run flies all of them"
-        raise InputError(f"{field or repr(field)} is not a field that can vary; {remedy}.")
+        raise InputError(f"{field or repr(field)}", "is not a field that can vary", remedy)
     known = [f"{table}.{other}" for other in TABLES[table].model_fields]
     if field not in known:
-        raise InputError(f"{field} is not a known field; {nearest(field, known)}.")
+        raise InputError(field, "is not a known field", nearest(field, known))
     if getattr(base, table) is None:
-        raise InputError(f"{field} varies, but the design has no [{table}]; add that table.")
+        raise InputError(field, f"varies, but the design has no [{table}]", "add that table")

@@ -303,8 +303,9 @@ class Term(Effect):
             If a subclass does not define the method.
         """
         raise InputError(
-            f"term {type(self).__name__} has no method device(self, code); define it, as in "
-            "continuair.Term."
+            "term",
+            f"{type(self).__name__} has no method device(self, code)",
+            "define it, as in continuair.Term",
         )
 
     def left(self, numbers: Numbers, tree: Tree) -> wp.Function | None:

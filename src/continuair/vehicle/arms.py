@@ -96,20 +96,21 @@ def members(kind: type[Member], value: object, noun: str) -> tuple[Member, ...]:
     if not 0 < len(value) <= MOST_ARMS:
         raise ValueError(f"must hold 1 to {MOST_ARMS} {noun}s (it has {len(value)})")
     found: list[Member] = []
-    problems: list[str] = []
+    problems: list[InputError] = []
     for index, entry in enumerate(value):
         try:
             found.append(_member(kind, entry, index, noun))
         except InputError as error:
-            problems += error.sentences
+            problems.append(error)
     if problems:
-        raise InputError(*problems)
+        raise InputError.joined(problems)
     names = [each.name for each in found]
     for index, name in enumerate(names):
         if name in names[:index]:
             raise InputError(
-                f"{index}.name is {name!r}, as is that of {noun} {names.index(name)}; give each "
-                f"{noun} a unique name."
+                f"{index}.name",
+                f"is {name!r}, as is that of {noun} {names.index(name)}",
+                f"give each {noun} a unique name",
             )
     return tuple(found)
 
@@ -125,12 +126,14 @@ def _member(kind: type[Member], entry: object, index: int, noun: str) -> Member:
         built = entry if entry.name else entry.having(name=str(index))
     else:
         raise InputError(
-            f"{index} is {shown(entry)}, but must be a table of fields; give the fields of one "
-            f"{noun}."
+            str(index),
+            f"is {shown(entry)}, but must be a table of fields",
+            f"give the fields of one {noun}",
         )
     if built.name.isdecimal() and built.name != str(index):
         raise InputError(
-            f"{index}.name is {built.name!r}, which reads as the index of another {noun}; give it "
-            "a letter."
+            f"{index}.name",
+            f"is {built.name!r}, which reads as the index of another {noun}",
+            "give it a letter",
         )
     return built

@@ -26,6 +26,10 @@ def check_bend(name: str, value: object, kappas: np.ndarray, vehicle: Vehicle) -
     for kappa, largest, section in zip(kappas, largest_bends(vehicle), sections, strict=True):
         if kappa > largest:
             raise InputError(
-                f"{name} is {shown(value)}, which bends a section of {section.length:g} m to "
-                f"{kappa:g} 1/m; give at most {largest:.4g} 1/m, just below a full circle."
+                name,
+                (
+                    f"is {shown(value)}, which bends a section of {section.length:g} m to "
+                    f"{kappa:g} 1/m"
+                ),
+                f"give at most {largest:.4g} 1/m, just below a full circle",
             )

@@ -35,8 +35,9 @@ class Effect(Immutable):
             value = getattr(self, each.name)
             if not isinstance(value, (np.ndarray, Hashable)):
                 raise InputError(
-                    f"{kind.__name__}.{each.name} is {shown(value)}, which is not hashable; "
-                    "give a number, text or tuple."
+                    f"{kind.__name__}.{each.name}",
+                    f"is {shown(value)}, which is not hashable",
+                    "give a number, text or tuple",
                 )
 
 
@@ -76,8 +77,9 @@ def _checked(path: str, value: Any, shape: tuple[int | None, ...]) -> Any:
         size = " x ".join("n" if length is None else str(length) for length in shape)
         one = f"{size} finite numbers" if shape else "a finite number"
         raise InputError(
-            f"{path} is {shown(value)}, but must be {one}; give {'those' if shape else 'that'}, "
-            "or a row per run."
+            path,
+            f"is {shown(value)}, but must be {one}",
+            f"give {'those' if shape else 'that'}, or a row per run",
         )
     return _tuples(found.tolist()) if found.ndim == len(shape) else checks.frozen(found)
 
@@ -94,8 +96,9 @@ def check_effects(value: object) -> tuple[Effect, ...]:
         if not isinstance(each, Effect):
             name = each.get("term", each) if isinstance(each, dict) else each
             raise InputError(
-                f"{index} is {_named(name)}, but a term is code, not part of a file; "
-                "set it with vehicle.replace({'terms': (Name(...),)})."
+                str(index),
+                f"is {_named(name)}, but a term is code, not part of a file",
+                "set it with vehicle.replace({'terms': (Name(...),)})",
             )
         _check_fields(each)
     return tuple(value)
@@ -107,8 +110,9 @@ def _check_fields(effect: Effect) -> None:
     for name, annotation in kind.__dict__.get("__annotations__", {}).items():
         if name not in known and "ClassVar" not in str(annotation):
             raise InputError(
-                f"term {kind.__name__} annotates {name}, which is not a field; write "
-                "@dataclass(frozen=True) above its class."
+                "term",
+                f"{kind.__name__} annotates {name}, which is not a field",
+                "write @dataclass(frozen=True) above its class",
             )
 
 

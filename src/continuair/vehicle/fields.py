@@ -186,10 +186,11 @@ def _check_names(part: type[Part], fields: Mapping[str, Any], path: str) -> None
     known = named_fields(part)
     for name, value in fields.items():
         if name in part.refused:
-            raise InputError(f"{path}{name} {part.refused[name]}.")
+            problem, _, remedy = part.refused[name].partition("; ")
+            raise InputError(f"{path}{name}", problem, remedy)
         if name not in known:
             remedy = nearest(f"{path}{name}", [f"{path}{each}" for each in known])
-            raise InputError(f"{path}{name} = {shown(value)} is not a known field; {remedy}.")
+            raise InputError(f"{path}{name}", f"= {shown(value)} is not a known field", remedy)
         if not isinstance(value, Mapping | list | tuple):
             continue
         of_table, of_entries = kinds(part, name)
@@ -254,22 +255,25 @@ class Part(Immutable, BaseModel):
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise InputError(
-            f"{name} cannot be set to {shown(value)} because a {type(self).__name__} is immutable; "
-            "use vehicle.replace({...}), which returns a changed copy."
+            name,
+            f"cannot be set to {shown(value)} because a {type(self).__name__} is immutable",
+            "use vehicle.replace({...}), which returns a changed copy",
         )
 
     def __delattr__(self, name: str) -> None:
         raise InputError(
-            f"{name} cannot be deleted because a {type(self).__name__} is immutable; "
-            "use vehicle.replace({...}), which returns a changed copy."
+            name,
+            f"cannot be deleted because a {type(self).__name__} is immutable",
+            "use vehicle.replace({...}), which returns a changed copy",
         )
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Return the same object; raise InputError for updates, which pydantic does not check."""
         if update:
             raise InputError(
-                f"model_copy does not check {', '.join(map(str, update))}; "
-                "use vehicle.replace({...}), which returns a changed copy."
+                "model_copy",
+                f"does not check {', '.join(map(str, update))}",
+                "use vehicle.replace({...}), which returns a changed copy",
             )
         return self
 

@@ -47,7 +47,7 @@ class _EffectTree(dict[str, Any]):
         try:
             return self.kind(**given)
         except InputError as error:
-            raise error.within(f"{path}: ") from None
+            raise error.within(f"{path}.") from None
 
 
 def replace(model: Model, changes: Mapping[str, object], implied: Mapping[str, object]) -> Model:
@@ -129,13 +129,15 @@ def _check_once(
     for other, before in places.items():
         if other[: len(place)] == place:
             raise InputError(
-                f"{path} overwrites {before}; give one of them, or the whole before its part."
+                path, f"overwrites {before}", "give one of them, or the whole before its part"
             )
 
 
 def _keys(path: object) -> list[str]:
     if not isinstance(path, str):
-        raise InputError(f"{shown(path)} is not the name of a field; give text like 'arm.radius'.")
+        raise InputError(
+            f"{shown(path)}", "is not the name of a field", "give text like 'arm.radius'"
+        )
     return path.split(".")
 
 
@@ -146,11 +148,11 @@ def _index(node: Any, key: str, parents: list[str]) -> str | int:
         if key in node:
             return key
         valid = [".".join([*parents, name]) for name in node]
-        raise InputError(f"{path or repr(path)} is not a known field; {nearest(path, valid)}.")
+        raise InputError(f"{path or repr(path)}", "is not a known field", nearest(path, valid))
     owner = ".".join(parents)
     if not isinstance(node, list):
         whole = "differs between runs" if isinstance(node, _Runs) else "has no parts"
-        raise InputError(f"{path} cannot be set because {owner} {whole}; give {owner} as a whole.")
+        raise InputError(path, f"cannot be set because {owner} {whole}", f"give {owner} as a whole")
     names = [label(entry, index) for index, entry in enumerate(node)]
     if key in names:
         return names.index(key)
@@ -158,15 +160,15 @@ def _index(node: Any, key: str, parents: list[str]) -> str | int:
         return int(key)
     if names and not all(name.isdecimal() for name in names):
         valid = [".".join([*parents, name]) for name in names]
-        raise InputError(f"{path} does not exist; {nearest(path, valid)}.")
+        raise InputError(path, "does not exist", nearest(path, valid))
     remedy = f"use an index from 0 to {len(node) - 1}" if node else f"set {owner} first"
-    raise InputError(f"{path} does not exist because {owner} has length {len(node)}; {remedy}.")
+    raise InputError(path, f"does not exist because {owner} has length {len(node)}", remedy)
 
 
 def _over_runs(path: str, value: Any, old: Any) -> Any:
     """Return the node for `value`: `_Runs` if it has one dimension more than the field."""
     if checks.has_unit(value):
-        raise InputError(f"{path} is {shown(value)}, which has a unit; give numbers in SI units.")
+        raise InputError(path, f"is {shown(value)}, which has a unit", "give numbers in SI units")
     if isinstance(value, (np.ndarray, np.generic)) or hasattr(value, "__array__"):
         value = np.asanyarray(checks.runs_first(value)).tolist()  # None where it is masked
     template = old.values[0] if isinstance(old, _Runs) else old
@@ -183,10 +185,12 @@ def _over_runs(path: str, value: Any, old: Any) -> Any:
     if len(shape) != len(field) + 1 and not diagonals:
         return list(value)
     if not value:
-        raise InputError(f"{path} is [], but an array over runs needs at least one value.")
+        raise InputError(
+            path, "is [], but an array over runs is not empty", "give at least one value"
+        )
     if None in value:
         run = value.index(None)
-        raise InputError(f"{path} is None in run {run}; give a number for every run.")
+        raise InputError(path, f"is None in run {run}", "give a number for every run")
     note = f"{path} holds {len(value)} rows, read as the diagonals of {len(value)} runs"
     return _Runs(list(value), note if diagonals else "")
 
@@ -214,8 +218,9 @@ def _common_length(tree: Any) -> int:
         first_path, first = lengths[0]
         if length != first:
             raise InputError(
-                f"{path} holds {length} runs while {first_path} holds {first}; "
-                "give arrays of the same length."
+                path,
+                f"holds {length} runs while {first_path} holds {first}",
+                "give arrays of the same length",
             )
     return lengths[0][1] if lengths else 0
 
@@ -282,7 +287,7 @@ def _columns(
             except InputError as error:
                 notes = [node.note for node in varied.values() if isinstance(node, _Runs)]
                 note = "".join(f" ({text})" for text in notes if text)
-                raise error.within(f"run {run}{note}: {prefix}") from None
+                raise error.within(prefix).located(f"run {run}{note}") from None
             for name, value in built:
                 columns[name].append(value)
             if len(caught) > len(warned):
@@ -309,7 +314,7 @@ def _stacked(node: Any, column: list[Any], path: str) -> Any:
         lengths = {len(value) for value in column}
         if len(lengths) > 1:
             several = " or ".join(str(length) for length in sorted(lengths))
-            raise InputError(f"{path} holds {several} entries; give as many in every run.")
+            raise InputError(path, f"holds {several} entries", "give as many in every run")
         return tuple(
             _stacked(_child(node, index), list(entries), f"{path}.{label(entries[0], index)}")
             for index, entries in enumerate(zip(*column, strict=True))

@@ -161,36 +161,45 @@ class Rotors(Part):
     def _consistent(self) -> Self:
         if (self.layout is None) == (self.rotor is None):
             given = "both given" if self.rotor else "both missing"
-            raise InputError(f"layout and rotor are {given}; give one of the two.")
+            raise InputError("layout", f"and rotor are {given}", "give one of the two")
         if self.layout is None:
             self._check_list()
         else:
             self._check_layout()
         if self.lag_down is not None and (self.lag == 0.0) != (self.lag_down == 0.0):
             raise InputError(
-                f"lag is {self.lag:g} and lag_down {self.lag_down:g}; give both above 0, or both 0."
+                "lag",
+                f"is {self.lag:g} and lag_down {self.lag_down:g}",
+                "give both above 0, or both 0",
             )
         if self.rank < 4:
             raise InputError(
-                f"torque_per_thrust is {self.torque_per_thrust:g}; with these rotors, lift, roll, "
-                "pitch and yaw are not independent; give 4 or more, not in line, of both spins."
+                "torque_per_thrust",
+                (
+                    f"is {self.torque_per_thrust:g}; with these rotors, lift, roll, pitch "
+                    "and yaw are not independent"
+                ),
+                "give 4 or more, not in line, of both spins",
             )
         return self
 
     def _check_layout(self) -> None:
         if self.lever is None:
-            raise InputError("lever is missing; give the distance of the rotors from B's origin.")
+            raise InputError(
+                "lever", "is missing", "give the distance of the rotors from B's origin"
+            )
         if (self.layout == "hex_tilted") == (self.tilt == 0.0):
             needed = "a tilt other than 0" if self.tilt == 0.0 else "a tilt of 0, or hex_tilted"
-            raise InputError(f"tilt is {self.tilt:g}, but the layout is {self.layout}; {needed}.")
+            raise InputError("tilt", f"is {self.tilt:g}, but the layout is {self.layout}", needed)
 
     def _check_list(self) -> None:
         for name, default in (("lever", None), ("height", 0.0), ("tilt", 0.0)):
             value = getattr(self, name)
             if value != default:
                 raise InputError(
-                    f"{name} is {shown(value)}, but belongs to a layout, and the rotors are a "
-                    "list; leave it out."
+                    name,
+                    f"is {shown(value)}, but belongs to a layout, and the rotors are a list",
+                    "leave it out",
                 )
 
     @property

@@ -89,26 +89,33 @@ class Section(Part):
         self._check_material()
         if self.damping is not None and self.damping_ratio is not None:
             raise InputError(
-                f"damping is {self.damping} while damping_ratio is {self.damping_ratio}; "
-                "keep one of them."
+                "damping",
+                f"is {self.damping} while damping_ratio is {self.damping_ratio}",
+                "keep one of them",
             )
         owner = "section" if self.name else "arm"
         for index, disk in enumerate(self.disks):
             if disk.position > self.length * (1 + ROUNDING):
                 raise InputError(
-                    f"disks.{index}.position is {disk.position}, beyond the {owner}'s end; give a "
-                    f"position from 0 to the {owner}'s length {self.length} [m]."
+                    f"disks.{index}.position",
+                    f"is {disk.position}, beyond the {owner}'s end",
+                    f"give a position from 0 to the {owner}'s length {self.length} [m]",
                 )
         if self.drag_coefficient is not None and self.given_radius is None:
             raise InputError(
-                "radius is missing, which drag_coefficient needs; give the backbone's radius [m]."
+                "radius",
+                "is missing, which drag_coefficient needs",
+                "give the backbone's radius [m]",
             )
         self._check_frequency()
         if self.given_radius is not None and self.radius > self.length / 2:
             raise InputError(
-                f"radius is {self.radius}, more than half of length {self.length}; "
-                f"give a radius of at most {self.length / 2:g} [m]"
-                f"{radius_remedy(self.radius, self.length)}."
+                "radius",
+                f"is {self.radius}, more than half of length {self.length}",
+                (
+                    f"give a radius of at most {self.length / 2:g} "
+                    f"[m]{radius_remedy(self.radius, self.length)}"
+                ),
             )
         return self
 
@@ -117,13 +124,17 @@ class Section(Part):
         for material, whole in EITHER.items():
             its, own = getattr(self, f"given_{material}"), getattr(self, f"given_{whole}")
             if its is not None and own is not None:
-                raise InputError(f"{whole} is {own} while {material} is {its}; keep one of them.")
+                raise InputError(whole, f"is {own} while {material} is {its}", "keep one of them")
             if its is None and own is None:
-                raise InputError(f"{material} is missing; give it, or {whole} in its place.")
+                raise InputError(material, "is missing", f"give it, or {whole} in its place")
             if its is not None and self.given_radius is None:
                 raise InputError(
-                    f"radius is missing, which {material} needs; give the radius of the round, "
-                    f"solid backbone [m], or {whole} in place of {material}."
+                    "radius",
+                    f"is missing, which {material} needs",
+                    (
+                        f"give the radius of the round, solid backbone [m], or {whole} in "
+                        f"place of {material}"
+                    ),
                 )
 
     def _check_frequency(self) -> None:
@@ -135,10 +146,13 @@ class Section(Part):
         if not usable:
             names = ("radius", "length", *EITHER, *EITHER.values())
             given = {name: value for name in names if (value := dict(self)[name]) is not None}
-            first, *others = [f"{name} {value}" for name, value in given.items()]
+            (first, value), *rest = given.items()
+            others = [f"{name} {value}" for name, value in rest]
             raise InputError(
-                f"{first.replace(' ', ' is ')}, which with {', '.join(others[:-1])} and "
-                f"{others[-1]} gives no finite natural frequency; give all of them in SI units."
+                first,
+                f"is {value}, which with {', '.join(others[:-1])} and {others[-1]} gives no finite "
+                "natural frequency",
+                "give all of them in SI units",
             )
 
     @property
@@ -151,8 +165,9 @@ class Section(Part):
         """Return the radius of the round, solid backbone [m]; raise InputError if there is none."""
         if self.given_radius is None:
             raise InputError(
-                "radius is missing, but is needed here; give the radius of the round, solid "
-                "backbone [m]."
+                "radius",
+                "is missing, but is needed here",
+                "give the radius of the round, solid backbone [m]",
             )
         return self.given_radius
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from continuair.errors import InputError
+
 if TYPE_CHECKING:
     from continuair.vehicle.vehicle import Vehicle
 
@@ -23,24 +25,24 @@ class _Range:
     whose: str
     other: dict[str, float]
 
-    def problem(self, field: str, value: Any) -> str | None:
-        """Return a sentence on the first value outside the range, or None."""
+    def problem(self, field: str, value: Any) -> InputError | None:
+        """Return an error about the first value outside the range, or None."""
         given = np.atleast_1d(np.asarray(value, float))
         wrong = given[~((given >= self.least) & (given <= self.most))]
         if not wrong.size:
             return None
         side = "more" if wrong[0] > self.most else "less"
-        return self.sentence(field, float(wrong[0]), f"{side} than any {self.whose}'s")
+        return self.error(field, float(wrong[0]), f"{side} than any {self.whose}'s")
 
-    def sentence(self, field: str, value: float, problem: str) -> str:
-        """Return a sentence on a wrong value, with the likely one."""
+    def error(self, field: str, value: float, problem: str) -> InputError:
+        """Return an error about a wrong value, with the likely one."""
         meant = [
             f"{value * size:.4g}, if these are {other}"
             for other, size in self.other.items()
             if self.least <= value * size <= self.most
         ]
         remedy = f"give {self.name}" + (f" ({' or '.join(meant[:2])})" if meant else "")
-        return f"{field} is {value:.4g} {self.unit}, {problem}; {remedy}."
+        return InputError(field, f"is {value:.4g} {self.unit}, {problem}", remedy)
 
 
 _MILLIMETRES = {"millimetres": 1e-3, "centimetres": 1e-2}
@@ -55,8 +57,8 @@ _GYRATION, _HEAVY = 0.03, 20.0
 """A UAV heavier than this [kg] with a smaller radius of gyration [m] has its mass in grams."""
 
 
-def slips(vehicle: Vehicle) -> list[str]:
-    """Return sentences on values of a vehicle that seem to be in another unit."""
+def slips(vehicle: Vehicle) -> list[InputError]:
+    """Return errors about values of a vehicle that seem to be in another unit."""
     return [found for found in _checked(vehicle) if found]
 
 
@@ -66,7 +68,7 @@ def radius_remedy(radius: float, length: float) -> str:
     return f" ({1e-3 * radius:.4g}, if these are millimetres)" if fits else ""
 
 
-def _checked(vehicle: Vehicle) -> Iterator[str | None]:
+def _checked(vehicle: Vehicle) -> Iterator[InputError | None]:
     uav = vehicle.uav
     yield _MASS.problem("uav.mass", uav.mass) or _of_mass(uav.mass, uav.inertia)
     for arm in vehicle.arms:
@@ -80,8 +82,8 @@ def _checked(vehicle: Vehicle) -> Iterator[str | None]:
             yield _MODULUS.problem(f"{at}youngs_modulus", section.youngs_modulus)
 
 
-def _of_mass(mass: Any, inertia: Any) -> str | None:
-    """Return a sentence on a mass that fits its inertia only in grams, or None."""
+def _of_mass(mass: Any, inertia: Any) -> InputError | None:
+    """Return an error about a mass that fits its inertia only in grams, or None."""
     largest = np.linalg.eigvalsh(np.asarray(inertia, float))[..., -1]
     heavy, square = np.broadcast_arrays(np.asarray(mass, float), largest / np.asarray(mass, float))
     wrong = np.atleast_1d(
@@ -91,4 +93,4 @@ def _of_mass(mass: Any, inertia: Any) -> str | None:
         return None
     radius = float(np.sqrt(np.atleast_1d(square)[wrong][0]))
     problem = f"some {radius:.2g} m from the axes of uav.inertia"
-    return _MASS.sentence("uav.mass", float(np.atleast_1d(heavy)[wrong][0]), problem)
+    return _MASS.error("uav.mass", float(np.atleast_1d(heavy)[wrong][0]), problem)

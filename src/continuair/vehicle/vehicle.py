@@ -84,8 +84,9 @@ class Vehicle(Part):
             raise ValueError("must be a table of fields, or a list of them")
         if section.name:
             raise InputError(
-                f"name is {section.name!r}, but only arms of a list have names; leave it out, or "
-                "write [[arm]]."
+                "name",
+                f"is {section.name!r}, but only arms of a list have names",
+                "leave it out, or write [[arm]]",
             )
         return section
 
@@ -97,21 +98,24 @@ class Vehicle(Part):
         valid = ["", *names, *(str(index) for index in range(len(names)))]
         if not self.arms and self.camera.arm:
             raise InputError(
-                f"camera.arm is {self.camera.arm!r}, but the vehicle has no arm; leave it out to "
-                "put the camera at uav.mount."
+                "camera.arm",
+                f"is {self.camera.arm!r}, but the vehicle has no arm",
+                "leave it out to put the camera at uav.mount",
             )
         if self.camera.arm not in valid:
             raise InputError(
-                f"camera.arm is {self.camera.arm!r}, but no arm has that name; "
-                f"{nearest(self.camera.arm, names)}."
+                "camera.arm",
+                f"is {self.camera.arm!r}, but no arm has that name",
+                nearest(self.camera.arm, names),
             )
         return self
 
     def _check_mount(self) -> None:
         if self.arms and self.has_arm_list and np.any(self.uav.mount):
             raise InputError(
-                f"uav.mount is {shown(self.uav.mount)}, but each arm of a list has its own mount; "
-                "give the mount in each [[arm]] instead."
+                "uav.mount",
+                f"is {shown(self.uav.mount)}, but each arm of a list has its own mount",
+                "give the mount in each [[arm]] instead",
             )
 
     def _check_lift(self) -> None:
@@ -125,14 +129,18 @@ class Vehicle(Part):
         )
         if heavy.any():
             run = int(np.argmax(heavy))
-            of = f"run {run}: " if len(heavy) > 1 else ""
             if likely := slips(self if self.runs is None else self.select(run)):
-                raise CannotHover(f"{of}{likely[0]}")
-            raise CannotHover(
-                f"{of}uav.rotors.thrust_limits is {shown(rotors.thrust_limits)}: {rotors.count} "
-                f"rotors lift {lift[run]:.4g} N, but the vehicle weighs {weight[run]:.4g} N; "
-                "increase the thrust."
-            )
+                heavier = CannotHover(likely[0].field, likely[0].problem, likely[0].remedy)
+            else:
+                heavier = CannotHover(
+                    "uav.rotors.thrust_limits",
+                    (
+                        f"is {shown(rotors.thrust_limits)}: {rotors.count} rotors lift "
+                        f"{lift[run]:.4g} N, but the vehicle weighs {weight[run]:.4g} N"
+                    ),
+                    "increase the thrust",
+                )
+            raise heavier.located(f"run {run}") if len(heavy) > 1 else heavier
 
     @property
     def has_arm_list(self) -> bool:
@@ -145,8 +153,12 @@ class Vehicle(Part):
         check_has_arms(self)
         if isinstance(self.arm_tables, tuple):
             raise InputError(
-                f"vehicle {shown(self.name)} has [[arm]], but this needs the single section of an "
-                "[arm] table; use a vehicle with [arm]."
+                "vehicle",
+                (
+                    f"{shown(self.name)} has [[arm]], but this needs the single section of "
+                    "an [arm] table"
+                ),
+                "use a vehicle with [arm]",
             )
         return self.arm_tables
 
@@ -250,7 +262,9 @@ class Vehicle(Part):
         """
         if not isinstance(changes, Mapping):
             text = "must be a mapping such as {'arm.radius': 0.01}"
-            raise InputError(f"changes is {shown(changes)}, but {text}; give the fields to change.")
+            raise InputError(
+                "changes", f"is {shown(changes)}, but {text}", "give the fields to change"
+            )
         self._check_kinds(changes)
         found = replacing.replace(self, changes, implied(self, changes))
         found._check_mount()
@@ -263,8 +277,9 @@ class Vehicle(Part):
         other = [type(each).__name__ for each in sections if type(each) is not Section]
         if other and any(str(path).partition(".")[0] == "arm" for path in changes):
             raise InputError(
-                f"arm has a section of the kind {other[0]}, which replace does not support; build "
-                "a new vehicle with continuair.Vehicle(...)."
+                "arm",
+                f"has a section of the kind {other[0]}, which replace does not support",
+                "build a new vehicle with continuair.Vehicle(...)",
             )
 
     def select(self, run: int) -> Vehicle:
@@ -289,7 +304,7 @@ class Vehicle(Part):
             return self
         if not checks.is_whole(run) or not 0 <= run < self.runs:
             valid = f"give a whole number from 0 to {self.runs - 1}"
-            raise InputError(f"run is {shown(run)}, but the vehicle has {self.runs} runs; {valid}.")
+            raise InputError("run", f"is {shown(run)}, but the vehicle has {self.runs} runs", valid)
         selected: Vehicle = batch.pick(self, int(run))
         return selected
 
@@ -368,7 +383,7 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     try:
         return Vehicle(**fields)
     except InputError as error:
-        raise error.within(f"{file}: ") from None
+        raise error.located(f"{file}") from None
 
 
 def vehicle_of_run(description: Mapping[str, object], run: int | None) -> Vehicle:
@@ -398,7 +413,7 @@ def vehicle_of_run(description: Mapping[str, object], run: int | None) -> Vehicl
 def check_vehicle(value: object) -> Vehicle:
     """Return a vehicle, plain or batched, or raise InputError for anything else."""
     if not isinstance(value, Vehicle):
-        raise InputError(f"vehicle is {shown(value)}; load one with continuair.load_vehicle.")
+        raise InputError("vehicle", f"is {shown(value)}", "load one with continuair.load_vehicle")
     return value
 
 
@@ -412,7 +427,9 @@ def check_has_arms(vehicle: Vehicle) -> None:
     """
     if not vehicle.arms:
         raise InputError(
-            f"vehicle {shown(vehicle.name)} has no arm, but this needs one; give it a table [arm]."
+            "vehicle",
+            f"{shown(vehicle.name)} has no arm, but this needs one",
+            "give it a table [arm]",
         )
 
 
@@ -462,8 +479,9 @@ def as_rod(vehicle: Vehicle) -> Vehicle:
     changes: dict[str, Any] = {}
     if arm.given_radius is None:
         raise InputError(
-            "arm.radius is missing, but the paper's sentences need it; give the radius of a "
-            "round, solid backbone [m]."
+            "arm.radius",
+            "is missing, but the paper's sentences need it",
+            "give the radius of a round, solid backbone [m]",
         )
     if arm.given_density is None:
         changes["arm.density"] = arm.density
@@ -493,7 +511,8 @@ def check_single_vehicle(value: object) -> Vehicle:
     vehicle = check_vehicle(value)
     if vehicle.runs is not None:
         raise InputError(
-            f"vehicle {shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run; "
-            "choose one with vehicle.select(run)."
+            "vehicle",
+            f"{shown(vehicle.name)} holds {vehicle.runs} runs, but must be of one run",
+            "choose one with vehicle.select(run)",
         )
     return vehicle

@@ -22,8 +22,12 @@ def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
     """
     if vehicle.terms:
         raise InputError(
-            f"vehicle {shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, code "
-            "that a file cannot hold; leave it out with vehicle.replace({'terms': ()})."
+            "vehicle",
+            (
+                f"{shown(vehicle.name)} has the term {type(vehicle.terms[0]).__name__}, "
+                "code that a file cannot hold"
+            ),
+            "leave it out with vehicle.replace({'terms': ()})",
         )
     fields: dict[str, Any] = vehicle.describe()
     uav, arms = fields["uav"], fields["arm"]
@@ -81,15 +85,18 @@ def check_file(path: str | os.PathLike[str], force: bool = False) -> None:
         new_file("out", path)
         return
     if found.is_symlink() or not found.is_file():
-        raise InputError(f"out is {printed(path)}, a link, folder or device; name a file.")
+        raise InputError("out", f"is {printed(path)}, a link, folder or device", "name a file")
     if not force:
         raise InputError(
-            f"out is {printed(path)}, which exists already; name a new file, or replace a vehicle "
-            "that continuair wrote with --force."
+            "out",
+            f"is {printed(path)}, which exists already",
+            "name a new file, or replace a vehicle that continuair wrote with --force",
         )
     if not _is_ours(found):
         raise InputError(
-            f"out is {printed(path)}, which continuair has not written; name another, or remove it."
+            "out",
+            f"is {printed(path)}, which continuair has not written",
+            "name another, or remove it",
         )
 
 

@@ -32,7 +32,7 @@ _CAPTION = (
 def check_page(path: str | os.PathLike[str]) -> Path:
     """Return the path of a page that can be written; raises InputError."""
     if not os.fspath(path).endswith(".html"):
-        raise InputError(f"export is {printed(path)}; name a file that ends in .html.")
+        raise InputError("export", f"is {printed(path)}", "name a file that ends in .html")
     check_server()
     return new_file("export", path)
 

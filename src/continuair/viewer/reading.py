@@ -59,14 +59,19 @@ def recorded(path: Path) -> list[Recorded]:
         return list(_in_file(path, ""))
     if (path / _STORE).is_file():
         raise InputError(
-            f"result is {printed(path)}, a sweep's store, which keeps metrics and no flights; "
-            "simulate the run of interest, and give that."
+            "result",
+            f"is {printed(path)}, a sweep's store, which keeps metrics and no flights",
+            "simulate the run of interest, and give that",
         )
     found = list(_in_folder(read(path), ""))
     if not found:
         raise InputError(
-            f"result is {printed(path)}, whose files hold no flight with position, attitude and "
-            "bend over time; name a folder of open-loop, sensitivity or tracking."
+            "result",
+            (
+                f"is {printed(path)}, whose files hold no flight with position, attitude "
+                "and bend over time"
+            ),
+            "name a folder of open-loop, sensitivity or tracking",
         )
     return found
 
@@ -77,7 +82,7 @@ def chosen(flights: list[Recorded], name: str | None) -> Recorded:
         return flights[0]
     names = [each.name for each in flights]
     if name not in names:
-        raise InputError(f"flight is {name!r}, which does not exist; {nearest(name, names)}.")
+        raise InputError("flight", f"is {name!r}, which does not exist", nearest(name, names))
     return flights[names.index(name)]
 
 
@@ -99,8 +104,9 @@ def _in_file(path: Path, name: str) -> Iterator[Recorded]:
         moving = "bend" if armed else "position"
         if moving not in file or "time" not in file[moving].dims:
             raise _NoFlight(
-                f"result is {printed(path)}, which holds no {moving} over time; simulate with "
-                "position, attitude and bend among the variables."
+                "result",
+                f"is {printed(path)}, which holds no {moving} over time",
+                "simulate with position, attitude and bend among the variables",
             )
         dims = [str(dim) for dim in file[moving].dims if dim not in (*_INSIDE, "model")]
         labels = {dim: _labels(file, dim) for dim in dims}

@@ -130,7 +130,9 @@ def scene(
     if ghost is not None:
         other = motion_of(ghost, flown)
         if not np.array_equal(ghost["time"], times):
-            raise InputError("ghost has other times than flight; give flights over equal times.")
+            raise InputError(
+                "ghost", "has other times than flight", "give flights over equal times"
+            )
         others, both = _placed(other, chosen), flying & (chosen < len(other.time))
         notes.append(early_end(ghost, other, model_of(ghost)))
     told, shown = told_of(flight, scenario), flight.isel(time=chosen)

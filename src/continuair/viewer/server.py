@@ -98,8 +98,9 @@ def _is_free(port: int) -> bool:
 
 def _taken(port: int) -> InputError:
     return InputError(
-        f"port is {port}, which another program uses or which is not allowed; name another, or 0 "
-        "for any that is free."
+        "port",
+        f"is {port}, which another program uses or which is not allowed",
+        "name another, or 0 for any that is free",
     )
 
 

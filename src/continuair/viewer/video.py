@@ -71,11 +71,12 @@ def check_video(path: str | os.PathLike[str]) -> Path:
     """Return the path of a video that can be written; else raise InputError."""
     suffix = Path(path).suffix
     if suffix not in _RATE:
-        raise InputError(f"video is {printed(path)}; name a file that ends in .mp4 or .gif.")
+        raise InputError("video", f"is {printed(path)}", "name a file that ends in .mp4 or .gif")
     if suffix == ".mp4" and _ffmpeg() is None:
         raise InputError(
-            f"video is {printed(path)}, which needs ffmpeg; install ffmpeg, or pip install "
-            "'continuair[video]', or name a .gif."
+            "video",
+            f"is {printed(path)}, which needs ffmpeg",
+            "install ffmpeg, or pip install 'continuair[video]', or name a .gif",
         )
     return new_file("video", path)
 
@@ -105,8 +106,9 @@ def _encoding(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except (CalledProcessError, BrokenPipeError):
         raise InputError(
-            f"video is {printed(path)}, which ffmpeg failed to write; see whether the disk is full "
-            "and ffmpeg has libx264, or name a .gif."
+            "video",
+            f"is {printed(path)}, which ffmpeg failed to write",
+            "see whether the disk is full and ffmpeg has libx264, or name a .gif",
         ) from None
 
 

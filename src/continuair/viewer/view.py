@@ -122,7 +122,7 @@ def view(
     if isinstance(flight, Simulation):
         if vehicle is not None or ghost is not None or scenario is not None:
             raise InputError(
-                "vehicle, ghost and scenario are of results; leave them out of a Simulation."
+                "vehicle", "and ghost and scenario are of results", "leave them out of a Simulation"
             )
         shown = View(present(flight), port, flight.vehicle.name, flight)
     else:

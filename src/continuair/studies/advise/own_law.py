@@ -34,34 +34,41 @@ def check_own(
         return
     if not isinstance(controller, Controller):
         raise InputError(
-            f"controller is {shown(controller)}; give a continuair.Controller, or leave it out."
+            "controller", f"is {shown(controller)}", "give a continuair.Controller, or leave it out"
         )
     if controller.runs is not None:
         raise InputError(
-            f"controller {controller.name} holds {controller.runs} runs; give one with the gains "
-            "of one run."
+            "controller",
+            f"{controller.name} holds {controller.runs} runs",
+            "give one with the gains of one run",
         )
     tracks = [task for task in tasks if task not in TASKS]
     if controller.looks:
         if not tracks:
             raise InputError(
-                f"controller {controller.name} looks at a target, but no task tracks; add track:M."
+                "controller",
+                f"{controller.name} looks at a target, but no task tracks",
+                "add track:M",
             )
         if gains is not None:
             raise InputError(
-                f"gains is {gains.name}, but the controller {controller.name} tracks; leave gains "
-                "out."
+                "gains",
+                f"is {gains.name}, but the controller {controller.name} tracks",
+                "leave gains out",
             )
         return
     if len(tracks) == len(tasks):
         raise InputError(
-            f"controller {controller.name} looks at no target, but every task tracks; add one of "
-            f"{', '.join(TASKS)}."
+            "controller",
+            f"{controller.name} looks at no target, but every task tracks",
+            f"add one of {', '.join(TASKS)}",
         )
     if loop != LOOPS[-1] or bandwidth is not None:
-        given = f"bandwidth is {shown(bandwidth)}" if bandwidth is not None else f"loop is {loop!r}"
+        field, value = ("loop", loop) if bandwidth is None else ("bandwidth", bandwidth)
         raise InputError(
-            f"{given}, but the controller {controller.name} holds the hover; leave it out."
+            field,
+            f"is {shown(value)}, but the controller {controller.name} holds the hover",
+            "leave it out",
         )
 
 
@@ -84,14 +91,19 @@ def own_loop(vehicle: Vehicle, controller: Controller) -> Loop:
     status, name = int(flight["status"]), controller.name
     if status:
         raise InputError(
-            f"controller {name} loses the hover at the origin after "
-            f"{float(flight['end_time']):.3g} s: {STATUS[status]}; give one that holds it."
+            "controller",
+            (
+                f"{name} loses the hover at the origin after "
+                f"{float(flight['end_time']):.3g} s: {STATUS[status]}"
+            ),
+            "give one that holds it",
         )
     far = float(np.linalg.norm(flight["position"].transpose("time", "axis"), axis=1).max())
     if far > float(vehicle.reach):
         raise InputError(
-            f"controller {name} takes the vehicle {far:.3g} m from the origin, where loads find "
-            "it; give one that holds [0, 0, 0], or its set-points."
+            "controller",
+            f"{name} takes the vehicle {far:.3g} m from the origin, where loads find it",
+            "give one that holds [0, 0, 0], or its set-points",
         )
     return Loop(OWN, held=controller, asked=tuple(asked.tolist()))
 

@@ -95,7 +95,9 @@ def summarise_loops(loops: xr.Dataset) -> xr.Dataset:
             "loop_total": ("loop_group", shares.total),
             "loop_explained": shares.explained,
             "ds_map": (
-                ("quantile", "loop_row", "loop_column"),
+                "quantile",
+                "loop_row",
+                "loop_column",
                 _quantiles(loops["ds_px"].to_numpy(), row, column, (cells, cells)),
             ),
             "loop_lost": ("plant", [float(loops[f"lost_{p}"].mean()) for p in PLANTS]),
@@ -217,16 +219,20 @@ def load(file: str | os.PathLike[str] | None = None, *, shipped: str = OPEN_SUMM
             data = path.read_bytes()
         except OSError as error:
             raise InputError(
-                f"atlas is {printed(file)}, which cannot be read ({reason(error)}); give the "
-                "atlas.npz of a folder of continuair atlas."
+                "atlas",
+                f"is {printed(file)}, which cannot be read ({reason(error)})",
+                "give the atlas.npz of a folder of continuair atlas",
             ) from None
     try:
         return _dataset(data)
     except (*DAMAGE, EOFError, BadZipFile, zlib.error) as error:
         raise InputError(
-            f"atlas is {printed(file or shipped)}, which is no summary of an atlas "
-            f"({shortened(reason(error), _LONGEST_REASON)}); give atlas.npz as continuair atlas "
-            "writes it."
+            "atlas",
+            (
+                f"is {printed(file or shipped)}, which is no summary of an atlas "
+                f"({shortened(reason(error), _LONGEST_REASON)})"
+            ),
+            "give atlas.npz as continuair atlas writes it",
         ) from None
 
 
