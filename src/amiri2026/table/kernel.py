@@ -24,7 +24,6 @@ vec3 = wp.types.vector(length=3, dtype=Real)
 vec8 = wp.types.vector(length=8, dtype=Real)
 vec16 = wp.types.vector(length=16, dtype=Real)
 mat88 = wp.types.matrix(shape=(8, 8), dtype=Real)
-mat38 = wp.types.matrix(shape=(3, 8), dtype=Real)
 mat68 = wp.types.matrix(shape=(6, 8), dtype=Real)
 stages = wp.types.matrix(shape=(7, 16), dtype=Real)
 

@@ -383,7 +383,7 @@ def _empty(kind: Any) -> Callable[[], Any]:
     if isinstance(kind, wp._src.codegen.Struct):
         return _struct(kind)
     if getattr(kind, "_shape_", None) is not None:
-        return _type(kind)  # type: ignore[no-any-return]
+        return _type(kind)
     zero = np.float64(0.0) if kind in (wp.float64, wp.float32) else 0
     return lambda: zero
 
@@ -400,9 +400,7 @@ def interpreted(function: Any) -> Callable[..., Any]:
     return _function(function)
 
 
-_functions: dict[Any, Callable[..., Any]] = {}
-
-
+@cache
 def _function(function: Any) -> Callable[..., Any]:
     name = function.func.__name__ if function.func else function.key
     if function.native_snippet is not None:
@@ -411,10 +409,7 @@ def _function(function: Any) -> Callable[..., Any]:
         return _NATIVE[name]
     if function.func is None:
         raise NotInterpreted(name)
-    found = _functions.get(function)
-    if found is None:
-        _functions[function] = found = _compiled(function.func, thread=False)
-    return found
+    return _compiled(function.func, thread=False)
 
 
 def _compiled(function: Any, thread: bool) -> Callable[..., Any]:
@@ -432,9 +427,13 @@ def _compiled(function: Any, thread: bool) -> Callable[..., Any]:
 
 def _quotient(a: Any, b: Any) -> Any:
     """Whole numbers divide to whole numbers, towards zero."""
-    if isinstance(a, int) and isinstance(b, int):
-        return int(a / b)
+    if _is_whole(a) and _is_whole(b):
+        return int(a / b) if np.ndim(a) == np.ndim(b) == 0 else np.trunc(a / b).astype(int)
     return a / b
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) or getattr(getattr(value, "dtype", None), "kind", "") == "i"
 
 
 _PYTHON = {"range": range, "len": len, "int": _whole, "float": _number, "bool": bool}

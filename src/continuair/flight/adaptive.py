@@ -166,7 +166,7 @@ def runs_at_once(flight: Flight, engine: Engine, signals_alone: bool = False) ->
     timed = [name for name in FIELDS if callable(getattr(scenario, name))]
     width = sum(field_width(name, layout) for name in timed)
     numbers += int(_SCANNED * max(1.0, flight.duration)) * width
-    size = max(1, int(_BYTES[kind] / (8 * numbers)))
+    size = max(1, min(flight.runs, int(_BYTES[kind] / (8 * numbers))))
     if kind == "cpu" and not signals_alone:
         size = min(size, -(-flight.runs // engine.threads))
     lanes = engine.lanes(size)
