@@ -15,7 +15,10 @@ from continuair.scenario.records import with_known_fields
 from continuair.typing import Array, ArrayLike
 
 _CHECKED, _MOST_CHECKED = 4001, 1_000_000
-"""Samples of a path within its duration at which it is checked, and the most in all."""
+"""Samples of a path within its duration at which it is checked, and where it is refined."""
+
+_PARTS = 8
+"""Parts of an interval that is refined."""
 
 _NOTHING = 1e-9
 """Distance between successive samples that counts as zero [m]."""
@@ -174,37 +177,48 @@ class Target(Immutable):
 
 
 def _check_motion(path: Path, end: float) -> None:
-    """Raise InputError unless a path is free of jumps until `end`, with a consistent velocity."""
-    count = int(min(_CHECKED * max(end / path.duration, 1.0), _MOST_CHECKED))
-    at, nothing = _jump(path, end, count, _NOTHING), _NOTHING
-    # Coarse samples of tight turns look like jumps; finer samples remove these, but not true jumps.
-    while at is not None and count < _MOST_CHECKED:
-        count, nothing = min(8 * count, _MOST_CHECKED), nothing / 8
-        at = _jump(path, end, count, nothing)
-    if at is not None:
-        raise InputError(
-            "path",
-            (
-                f"{path.name} jumps, or its velocity is not the derivative of its "
-                f"position, near t = {at:.3g} s"
-            ),
-            "give a path with bounded acceleration",
-        )
+    """Raise InputError unless a path is free of jumps until `end`, with a consistent velocity.
 
-
-def _jump(path: Path, end: float, count: int, nothing: float) -> float | None:
-    """Return the time [s] at which positions and velocity of a path disagree most, or None.
-
-    None: they agree at `count` samples. nothing: distance that counts as zero [m]. Raises
-    InputError if the path does not return finite arrays of the right shape.
+    Coarse samples of tight turns look like jumps. Intervals whose positions and velocity disagree
+    are divided, which removes these, but not true jumps.
     """
-    times = np.linspace(0.0, end, count)
+    count = int(min(_CHECKED * max(end / path.duration, 1.0), _MOST_CHECKED))
+    starts, parts, width = np.zeros(1), count - 1, end / (count - 1)
+    nothing, fastest = _NOTHING, 0.0
+    while True:
+        times = np.minimum(starts[:, None] + width * np.arange(parts + 1), end)
+        off, moved, largest = _disagreement(path, times)
+        rounding = nothing + 1e-12 * largest
+        far = off > rounding + 1e-2 * max(moved.max(), width * fastest)
+        if not far.any():
+            return
+        if width <= end / _MOST_CHECKED:
+            at = times[:, :-1].flat[int(np.argmax(off))]
+            raise InputError(
+                "path",
+                f"{path.name} jumps, or its velocity is not the derivative of its position, near "
+                f"t = {at:.3g} s",
+                "give a path with bounded acceleration",
+            )
+        fastest = max(fastest, np.max(moved[~far], initial=0.0) / width)
+        starts, parts = times[:, :-1][far], _PARTS
+        width, nothing = width / parts, nothing / parts
+
+
+def _disagreement(path: Path, times: Array) -> tuple[Array, Array, float]:
+    """Return by how much positions and velocity of a path disagree, and how far it moves.
+
+    times: (m, k) [s], in rows that rise. Returns two arrays (m, k - 1) of distances [m], and the
+    largest coordinate [m]. Raises InputError if the path does not return finite arrays of the right
+    shape.
+    """
+    flat = times.ravel()
     try:
-        position, velocity, acceleration = (np.asarray(a, float) for a in path(times))
+        position, velocity, acceleration = (np.asarray(a, float) for a in path(flat))
         shapes = {position.shape, velocity.shape, acceleration.shape}
     except (TypeError, ValueError):
         shapes = set()
-    if shapes != {(count, 3)}:
+    if shapes != {(flat.size, 3)}:
         raise InputError(
             "path",
             f"{path.name} does not return three arrays (n, 3) for n times",
@@ -212,11 +226,10 @@ def _jump(path: Path, end: float, count: int, nothing: float) -> float | None:
         )
     if not np.isfinite([position, velocity, acceleration]).all():
         raise InputError("path", f"{path.name} is not finite", "correct its motion")
-    again = checks.asked_again(count)
-    checks.repeats(f"path {path.name}", position[again], np.asarray(path(times[again])[0], float))
-    moved = np.diff(position, axis=0)
-    meant = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(times)[:, None]
-    off = np.linalg.norm(moved - meant, axis=1)
-    rounding = nothing + 1e-12 * np.abs(position).max()
-    far = off.max() > rounding + 1e-2 * np.linalg.norm(moved, axis=1).max()
-    return float(times[int(np.argmax(off))]) if far else None
+    again = checks.asked_again(flat.size)
+    checks.repeats(f"path {path.name}", position[again], np.asarray(path(flat[again])[0], float))
+    position, velocity = (each.reshape(*times.shape, 3) for each in (position, velocity))
+    moved = np.diff(position, axis=1)
+    meant = 0.5 * (velocity[:, 1:] + velocity[:, :-1]) * np.diff(times)[..., None]
+    off = np.linalg.norm(moved - meant, axis=2)
+    return off, np.linalg.norm(moved, axis=2), float(np.abs(position).max())
