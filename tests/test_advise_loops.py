@@ -97,6 +97,7 @@ def assert_flights_agree(vehicle: ca.Vehicle, name: str, bandwidth: float) -> No
 SLOW = pytest.mark.slow
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "bandwidth", [pytest.param(4.0, marks=SLOW), pytest.param(8.0, marks=SLOW), 20.0]
 )
@@ -247,6 +248,7 @@ def test_a_note_tells_whose_flights_ended_early() -> None:
     assert not [each for each in notes(case) if "ended early" in each]
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:controller flight controller")
 def test_a_loop_in_which_the_coupled_model_alone_is_lost_has_no_errors() -> None:
     """A soft side arm with a load swings a tight loop up; the decoupled model knows none of it."""

@@ -34,6 +34,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "step_cost", lambda _: {"decoupled": 1.1, "independent": 0.6})
 
 
+@pytest.mark.long
 def test_the_products_own_controller_given_is_the_loop_that_it_closes() -> None:
     controller = ca.flight_controller(VEHICLE, bend_bandwidth=0.0)
     given = own_loop(VEHICLE, controller)
@@ -46,6 +47,7 @@ def test_the_products_own_controller_given_is_the_loop_that_it_closes() -> None:
             np.testing.assert_allclose(own[model], error, rtol=1e-9)
 
 
+@pytest.mark.long
 def test_what_a_controller_asks_of_the_arm_is_left_out_of_what_holds_it() -> None:
     """Gravity bends the arm, which the law's weight carries already."""
     loop = own_loop(VEHICLE, mine())
@@ -57,6 +59,7 @@ def test_what_a_controller_asks_of_the_arm_is_left_out_of_what_holds_it() -> Non
     np.testing.assert_allclose(np.asarray(start.bend_moment) + asked, held, rtol=1e-9)
 
 
+@pytest.mark.long
 def test_errors_are_those_of_flights_under_the_controller(short: None) -> None:
     """Of flights that are written out here."""
     loop = own_loop(VEHICLE, mine())
@@ -86,6 +89,7 @@ def test_errors_are_those_of_flights_under_the_controller(short: None) -> None:
     assert abs(other / error - 1.0) > 0.1, "the loop makes a difference here"
 
 
+@pytest.mark.long
 def test_advice_names_the_controller_and_begins_with_the_cost(short: None) -> None:
     results = ca.advise(VEHICLE, ["contact"], controller=mine())
     assert results["loop"]["name"] == "own"
@@ -100,6 +104,7 @@ def test_advice_names_the_controller_and_begins_with_the_cost(short: None) -> No
     assert any("Outside the atlas of other flights" in line and "mine" in line for line in lines)
 
 
+@pytest.mark.long
 def test_the_command_says_first_that_there_is_no_reason(short: None) -> None:
     result = CliRunner().invoke(cli.app, ["advise", "paper", "--task", "contact"])
     assert result.exit_code == 0
@@ -114,6 +119,7 @@ def test_a_tenth_of_a_steps_time_is_a_reason(ratio: float, reason: bool) -> None
     assert (cost_verdict({"decoupled": ratio, "independent": 0.4}) == "") == reason
 
 
+@pytest.mark.long
 def test_a_controller_that_looks_tracks_in_place_of_gains(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tracking, "SCANNED", 2)
     monkeypatch.setattr(tracking, "REFINED", 1)

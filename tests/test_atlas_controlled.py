@@ -79,6 +79,7 @@ def test_advise_says_of_a_vehicle_what_the_atlas_says(
     assert limit == pytest.approx(told, rel=0.1)
 
 
+@pytest.mark.long
 def test_a_vehicle_with_an_unstable_loop_fails_under_every_load(flights: xr.Dataset) -> None:
     np.testing.assert_array_equal(flights["stable"], [True, True, False])
     in_loop = flights["error"].sel(loop="position")

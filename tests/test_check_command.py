@@ -126,6 +126,7 @@ def test_check_says_of_what_rotors_have_left_what_a_hover_says() -> None:
     assert told["rotors' margin, arm bent by 1 rad"].endswith(f"sideways by {aside} N")
 
 
+@pytest.mark.long
 def test_check_says_that_a_hover_of_tilted_rotors_bears_the_wash() -> None:
     """Rotors of any wrench that carry an arm in their wash push aside against it, as they may."""
     rotors = {"layout": "hex_tilted", "lever": 0.3, "tilt": 0.4, "thrust_limits": [0.1, 14.0],

@@ -254,6 +254,7 @@ def test_old_names_are_told_their_new_ones() -> None:
         ca.simulate(PAPER, RELEASE, integrate=True)
 
 
+@pytest.mark.long
 def test_a_function_that_cannot_be_resolved_is_refused() -> None:
     def noise(t: float) -> list[float]:
         return [float(np.modf(np.sin(12345.678 * t) * 43758.5453)[0]), 0.0, 0.0]

@@ -253,6 +253,7 @@ def test_commands_that_limits_cut_off_are_followed() -> None:
     assert 0.5 * off < float(found.error_estimate) < 2.0 * off
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_commands_beside_a_controller_are_followed_below_nothing_too(sign: float) -> None:
     """They add to what it asks for, and limits cut off the sum alone."""

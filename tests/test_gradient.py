@@ -30,6 +30,7 @@ def last_tip(flight: xr.Dataset) -> tuple[float, dict[str, np.ndarray]]:
     return float(flight.tip_position[-1, 0]), {"tip_position": slope}
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:step")
 @pytest.mark.parametrize("angle", [0.2, 6.2])
 def test_the_flight_is_the_simulated_one_at_the_same_step(angle: float) -> None:

@@ -219,6 +219,7 @@ LONG_FLIGHTS: dict[str, Callable[[], Flight]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
 @pytest.mark.parametrize(
     "name", [*FLIGHTS, *(pytest.param(name, marks=LONG) for name in LONG_FLIGHTS)]

@@ -289,6 +289,7 @@ def test_runs_are_compared_with_themselves_alone() -> None:
         ca.compare(flights[0].isel(run=[2, 1, 0]), flights[1])
 
 
+@pytest.mark.long
 def test_arms_are_compared_with_themselves_alone() -> None:
     vehicle = ca.load_vehicle("dual_arm")
     scenario = ca.Scenario(
@@ -390,6 +391,7 @@ def test_flights_that_are_given_the_wrong_way_round_are_told_of() -> None:
         ca.compare(other, other)
 
 
+@pytest.mark.long
 def test_what_is_but_rounding_differs_by_nothing_wherever_it_is() -> None:
     """A tip held at the world's origin, and angles of a tip that only climbs."""
     vehicle = ca.load_vehicle("paper")

@@ -36,6 +36,7 @@ def with_rotors() -> Any:
     return type(PAPER)(**said | {"uav": said["uav"] | {"rotors": ROTORS}})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("test", "BD")
 def test_no_lift_acts_in_tests_of_a_vehicle_with_rotors(test: str) -> None:
     studies = [open_loop(each, test, ["decoupled"]) for each in (PAPER, with_rotors())]

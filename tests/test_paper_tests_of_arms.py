@@ -73,6 +73,7 @@ def test_one_section_of_a_list_has_the_errors_of_a_table() -> None:
     assert [row["kappa_s"] for row in twin.results["kappa_s"]] == [0.5e-3, 2e-3]
 
 
+@pytest.mark.long
 def test_each_arm_has_its_errors_and_figures(tmp_path: Path) -> None:
     study = open_loop(DUAL, "A", ["decoupled"])
     results = study.results
@@ -98,6 +99,7 @@ def test_each_arm_has_its_errors_and_figures(tmp_path: Path) -> None:
     assert drawn == {"overview", "table"} | {f"test_A_{k}_{arm}" for k in kinds for arm in both}
 
 
+@pytest.mark.long
 def test_the_command_flies_an_arm_of_two_sections() -> None:
     options = ["--vehicle", "two_section", "--tests", "B", "--model", "decoupled"]
     result = CliRunner().invoke(app, ["open-loop", *options])
@@ -125,6 +127,7 @@ def test_one_section_of_a_list_tracks_as_that_of_a_table() -> None:
     np.testing.assert_allclose(speeds[1], speeds[0], rtol=1e-2, atol=1e-2)
 
 
+@pytest.mark.long
 def test_two_arms_track_by_the_one_that_carries_the_camera(dual: Tracking, tmp_path: Path) -> None:
     for model in ("coupled", "decoupled"):
         entry = dual.results["letters"]["L"][model]

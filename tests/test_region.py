@@ -63,6 +63,7 @@ def test_random_starts_fill_their_box_with_all_points_in_view(vehicle: ca.Vehicl
         assert in_view(vehicle.camera, *equations.look(vehicle, row, TARGET.points)).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mounted", [("z", np.pi), ("z", -np.pi / 2), ("y", 0.35)], ids=str)
 def test_random_starts_are_off_from_where_the_camera_faces_the_target(
     vehicle: ca.Vehicle, mounted: tuple[str, float]
@@ -213,6 +214,7 @@ def test_the_command_shows_its_laws() -> None:
     assert all(law in help_text for law in LAWS)
 
 
+@pytest.mark.long
 def test_flights_whose_rotors_saturate_are_counted_and_told(vehicle: ca.Vehicle) -> None:
     tilted = with_weak_rotors(vehicle)
     with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):

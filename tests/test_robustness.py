@@ -55,6 +55,7 @@ def test_each_mistake_is_something_of_its_own_and_grows(name: str) -> None:
     assert len(set(made)) == len(mistake.ways)
 
 
+@pytest.mark.long
 def test_a_heavier_vehicle_flies_as_one_that_its_law_knows_and_that_is_pushed_down(
     study: Robustness,
 ) -> None:
@@ -126,6 +127,7 @@ def test_of_the_ways_to_be_wrong_the_worst_counts() -> None:
     assert found["status"] != 0 and found["end_time_s"] <= left["end_time_s"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rolled", [np.pi / 2, -2.0])
 def test_a_camera_rolled_about_its_axis_flies_the_same_letter(rolled: float) -> None:
     """With the vehicle, which is round, turned below it: off and bent as the image has it."""

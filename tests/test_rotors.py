@@ -142,6 +142,7 @@ def test_rotors_that_push_a_level_vehicle_sideways_do_not_hover_by_themselves() 
     assert int(ca.simulate(vehicle, controlled, sample=0.01)["status"]) == 0
 
 
+@pytest.mark.long
 def test_tilted_rotors_rest_where_nothing_weighs() -> None:
     tilted = {"layout": "hex_tilted", "lever": 0.3, "tilt": 0.5, "thrust_limits": [0.0, 14.0]}
     vehicle = ca.load_vehicle("slender").replace(

@@ -214,6 +214,7 @@ def test_an_oscillation_is_missed_if_any_of_its_properties_is(
     assert view({"arm length": part}, CLAIMS["IV-B.18"].checks).verdict == expected
 
 
+@pytest.mark.long
 def test_a_sweep_flown_once_is_the_sweep_of_the_study(flown: study.Sensitivity) -> None:
     theirs = flown.results["sweeps"]["UAV mass"]
     ours = once.sweep_once(PAPER, "UAV mass")

@@ -243,6 +243,7 @@ def test_cancelling_the_spring_lets_the_arm_wind_up(vehicle: ca.Vehicle) -> None
     assert scalar["rms_px"] > 3.0 * flown["rms_px"]
 
 
+@pytest.mark.long
 def test_a_vehicle_with_drag_is_tracked_without_a_proof_that_knows_none(
     vehicle: ca.Vehicle,
 ) -> None:

@@ -24,6 +24,7 @@ def held(vehicle: ca.Vehicle, bend: Any, duration: float = 10.0, **rates: Any) -
     return ca.simulate(vehicle, scenario, sample=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("vehicle", "bend"),
     [(TWO, [0.5, -0.3, -0.8, 0.4]), (DUAL, [0.3, 0.2, -0.4, 0.1])],
@@ -43,6 +44,7 @@ def test_it_reaches_position_attitude_and_every_bend_and_keeps_them(
     assert turn.magnitude().max() < 1e-8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
 def test_bend_inertia_is_what_moments_on_the_bends_move_on_a_clamped_base(
     vehicle: ca.Vehicle,
@@ -55,6 +57,7 @@ def test_bend_inertia_is_what_moments_on_the_bends_move_on_a_clamped_base(
     np.testing.assert_allclose(np.stack(answers) @ bend_inertia(vehicle), np.eye(4), atol=1e-6)
 
 
+@pytest.mark.long
 def test_every_section_gets_to_its_bend_at_the_rate_that_was_asked_for_it() -> None:
     """On a base too heavy to be moved, critically damped loops leave (1 + w t) exp(-w t), where the
     arm has next to no spring of its own."""
@@ -124,6 +127,7 @@ def served(vehicle: ca.Vehicle, q: Any, law: ca.Controller, **fields: Any) -> xr
     return ca.simulate(vehicle, scenario, sample=0.02, rtol=1e-7)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
 def test_servoing_brings_the_image_home_from_bent_arms_on_the_coupled_plant(
     vehicle: ca.Vehicle,
@@ -138,6 +142,7 @@ def test_servoing_brings_the_image_home_from_bent_arms_on_the_coupled_plant(
     assert np.abs(run.bend[-1]).max() < 1e-5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
 def test_with_current_gains_the_image_comes_home_from_far_with_arms_carried(
     vehicle: ca.Vehicle,
@@ -151,6 +156,7 @@ def test_with_current_gains_the_image_comes_home_from_far_with_arms_carried(
     assert np.abs(run.bend[-1]).max() < 1e-2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
 def test_with_arms_carried_the_camera_has_the_double_pole_of_its_design(
     vehicle: ca.Vehicle,
@@ -194,6 +200,7 @@ def as_printed(vehicle: ca.Vehicle, q: np.ndarray, qd: np.ndarray) -> np.ndarray
     return np.asarray(J.T @ (2.0 * e_a - 0.1 * J @ qd))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
 def test_without_carrying_the_law_is_the_papers_through_all_bends(vehicle: ca.Vehicle) -> None:
     q, qd, push = moved(vehicle, ca.servoing(2.0, 0.1, Cd=0.5))
@@ -250,6 +257,7 @@ def coupled(vehicle: ca.Vehicle) -> np.ndarray:
     return np.asarray(-np.linalg.solve(free, np.stack(answers, axis=-1)))
 
 
+@pytest.mark.long
 def test_gains_designed_for_another_vehicle_are_refused_in_one_sentence() -> None:
     law = ca.servoing(**ca.design(TWO, 3.0))
     paper = ca.load_vehicle("paper")

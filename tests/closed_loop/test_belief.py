@@ -42,6 +42,7 @@ def pushes(
     return eye.in_paper_coordinates(run["command"].isel(time=0).to_numpy(), q)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("each", [False, True])
 def test_a_law_computes_with_the_vehicle_that_it_believes_in(each: bool) -> None:
     """Weight, spring and Jacobian are that one's, one for all runs or one for each; depths and
@@ -87,6 +88,7 @@ def test_a_law_that_believes_in_what_flies_flies_as_ever() -> None:
             np.testing.assert_allclose(other[name], flights[0][name], rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_flight_controller_feeds_forward_the_arm_that_it_believes_in() -> None:
     """At rest where it is to be, two laws of the same gains differ by the weights of their arms."""
     vehicle = ca.load_vehicle("paper")
@@ -105,6 +107,7 @@ def test_a_flight_controller_feeds_forward_the_arm_that_it_believes_in() -> None
     np.testing.assert_allclose(more[:3], 0.0, atol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("feedforward", ["none", "weight", "reaction"])
 def test_a_flight_controller_believes_in_the_mass_that_it_was_made_for(feedforward: Any) -> None:
     """Without an integral, too much of a weight lifts by Δm g / (m k_p k_v)."""

@@ -44,6 +44,7 @@ def test_every_named_choice_of_the_law_reaches_a_still_target(choices: dict[str,
     assert largest_error(ca.simulate(flights.VEHICLE, scenario)) < 0.5
 
 
+@pytest.mark.long
 def test_classic_servoing_reaches_the_desired_image_at_its_rate() -> None:
     scenario = flights.scenario(ca.classic(flights.VEHICLE, rate=0.5), duration=16.0)
     run = ca.simulate(flights.VEHICLE, scenario)
@@ -87,6 +88,7 @@ def test_a_moving_target_is_followed_without_lag_only_with_feed_forward() -> Non
     assert errors[1] == pytest.approx(lag, rel=2e-3)
 
 
+@pytest.mark.long
 def test_float32_stays_close_to_float64() -> None:
     scenario = flights.scenario(flights.designed(), duration=6.0)
     exact, short = (

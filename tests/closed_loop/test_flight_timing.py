@@ -26,6 +26,7 @@ def nudged(vehicle: ca.Vehicle, controller: ca.Controller, duration: float) -> n
 
 
 # One that goes unstable may end, or turn faster than its samples show.
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::continuair.ContinuairWarning")
 @pytest.mark.parametrize("feedforward", ["none", "weight", "reaction"])
 @pytest.mark.parametrize("vehicle", [PAPER, RIGID], ids=["paper", "rigid"])
@@ -176,6 +177,7 @@ def test_free_sections_rest_where_trim_has_them(
     assert not np.any(resting(vehicle, 9.81, np.zeros(sections, bool)))
 
 
+@pytest.mark.long
 def test_an_arm_that_hangs_free_is_held_steady_where_it_rests() -> None:
     vehicle = slanted(0.45, 2)
     law = ca.flight_controller(vehicle, bend_bandwidth=0.0, rotor_lag=0.03)
@@ -268,6 +270,7 @@ def test_rotors_that_lag_lower_the_margin_and_gains_too_fast_are_refused_with_it
         )  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["paper", "slender", "two_section", "dual_arm", LONG_LIGHT_ARM])
 def test_the_defaults_bear_more_than_their_delays(name: str | Path) -> None:
     vehicle = ca.load_vehicle(name)

@@ -50,6 +50,7 @@ def test_scalars_and_diagonals_are_shorthand_for_matrices() -> None:
     assert scalar.gains["Kp"].shape == (8, 8)
 
 
+@pytest.mark.long
 def test_gains_of_the_papers_six_rows_fit_three_points() -> None:
     target = ca.Target(ca.paths.hold(), [[0.25, 0.25, 0.0], [-0.25, 0.25, 0.0], [0.0, -0.25, 0.0]])
     gains = ca.design(flights.VEHICLE, 2.0, desired=target.desired)

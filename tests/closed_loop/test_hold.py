@@ -127,6 +127,7 @@ def test_no_push_is_beyond_its_limits_and_the_hold_gets_there_later_and_says_so(
     assert float(free.time[(free.position[:, 0] > 2.9).argmax("time")]) < least
 
 
+@pytest.mark.long
 def test_pairs_tell_of_the_runs_whose_commands_are_at_their_own_limits() -> None:
     """One run of two, of which the other's limits leave room, as single flights count it."""
     vehicle, slow = limited(**LIMITS)

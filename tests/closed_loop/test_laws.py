@@ -153,6 +153,7 @@ def test_current_gains_are_equations_15_and_16_with_gains_of_the_image_of_now(
     assert capped == (STATES if cap[0] < 1.0 else 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("lag", [None, 0.0, 0.03])
 def test_a_push_that_is_no_number_ends_a_flight_with_rotors_or_without(lag: float | None) -> None:
     """The least thrust of the rotors is not what such a law asks for."""

@@ -301,7 +301,12 @@ def test_rounding_of_a_path_from_a_function_is_no_jerk_without_bound() -> None:
 def test_what_is_seen_to_have_no_bound_is_given_none(motion: Any, bounded: list[bool]) -> None:
     scenario = loop().replace(target=ca.Target(motion), duration=motion.duration)
     assert np.isfinite(largest_norms(scenario)[0]).tolist() == bounded
-    assert np.isfinite(ca.lyapunov(flights.VEHICLE, scenario).bound["r_max"]) == all(bounded)
+
+
+def test_a_target_without_bounds_leaves_none_to_the_error() -> None:
+    corner = ca.Target(paths.line([0, 0, 0], [0.3, 0, 0], 50.0, 1e-5))
+    given = ca.lyapunov(flights.VEHICLE, loop().replace(target=corner, duration=50.0))
+    assert np.isinf(given.bound["r_max"])
 
 
 @pytest.mark.parametrize(

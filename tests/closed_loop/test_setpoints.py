@@ -14,6 +14,7 @@ TIMES = np.array([0.0, 1.0, 2.5, 3.0])
 TWO = ca.load_vehicle("two_section")
 
 
+@pytest.mark.long
 def test_an_array_over_time_is_the_function_of_its_straight_lines() -> None:
     path, yaw = np.array([[0, 0, 3], [0.4, 0, 3], [0.4, 0.5, 3.3], [0, 0, 3.0]]), 0.3 * TIMES
     bend = np.array([[0, 0], [0.1, 0], [0.1, -0.2], [0, 0]])

@@ -65,6 +65,7 @@ def flight(vehicle: ca.Vehicle, target: ca.Target, start: Any, duration: float =
     return ca.simulate(vehicle, scenario, sample=0.01, rtol=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("view", VIEWS)
 def test_the_camera_comes_to_where_the_desired_image_is_taken(view: str) -> None:
     vehicle, points, attitude = VIEWS[view]

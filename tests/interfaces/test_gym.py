@@ -30,6 +30,7 @@ def vector(count: int, **options: Any) -> Any:
     return gymnasium.make_vec(HOVER, num_envs=count, vehicle=ONE_SECTION, **options)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("error", "ignore:.*infinity")
 @pytest.mark.parametrize("options", [{}, {"vehicle": ONE_SECTION, "bend_moment": 0.5}])
 def test_gymnasium_finds_no_fault_with_the_environment(options: dict[str, Any]) -> None:

@@ -26,7 +26,7 @@ FURNISHED = PLAIN.replace(
         ],
     }
 )
-STATES = 250
+STATES = 60
 
 
 def in_bend_axes(q: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
@@ -40,7 +40,7 @@ def in_bend_axes(q: np.ndarray, accelerations: np.ndarray) -> np.ndarray:
 def test_kernels_equal_the_papers_equations(
     vehicle: ca.Vehicle, model: Model, mask: str, place: Place
 ) -> None:
-    """4 x 250 states, κl up to 2π, |θ| <= 1.2; reached: 4e-13, and 3e-6 in float32."""
+    """4 x 60 states, κl up to 2π, |θ| <= 1.2; reached: 4e-13, and 3e-6 in float32."""
     rng = np.random.default_rng(20260218)
     n = STATES
     q = np.column_stack(

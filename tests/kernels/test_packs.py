@@ -119,6 +119,7 @@ OTHERS = [("dual_arm", "decoupled", "float64"), ("two_section", "independent", "
 OTHERS += [("paper", model, "float32") for model in ("decoupled", "independent")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("vehicle", "model", "dtype"),
     [*CASES, *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHERS)],
@@ -134,6 +135,7 @@ def test_packs_are_single_runs_to_rounding(
     assert_equal(flown, alone, dtype)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("vehicle", "model", "dtype"),
     [

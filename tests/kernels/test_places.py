@@ -43,6 +43,7 @@ def worst(found: xr.Dataset, expected: xr.Dataset) -> float:
     return max(errors)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["coupled", "decoupled", "independent"])
 def test_a_batch_in_open_loop(model: Model, place: Place) -> None:
     """Forces, Euler torques, a bend moment and a tip wrench at once; everything that is logged."""

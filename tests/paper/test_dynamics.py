@@ -44,6 +44,7 @@ def test_every_sentence_of_this_section_has_its_judge() -> None:
     assert set(dynamics.JUDGES) == set(FOUND) | FLOWN
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FOUND)
 def test_verdict_does_not_hang_on_the_arm(name: str) -> None:
     found = judged(name)

@@ -37,6 +37,7 @@ def judged(name: str, **changes: Any) -> Judgement:
     return kinematics.JUDGES[name](Evidence(vehicle, quick=True))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FOUND)
 def test_verdict_does_not_hang_on_the_arm(name: str) -> None:
     found = judged(name)
@@ -170,6 +171,7 @@ def test_the_centre_of_mass_falls_freely_without_a_threshold() -> None:
     np.testing.assert_allclose(path, fall, rtol=0, atol=1e-7)
 
 
+@pytest.mark.long
 def test_kinematics_are_judged_of_an_arm_too_stiff_to_be_flown() -> None:
     found = judged("III-A.13", arm__length=0.05, arm__radius=0.01)
     assert found.verdict == HOLDS

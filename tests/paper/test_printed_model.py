@@ -109,8 +109,10 @@ def test_the_readable_matrices_of_the_package_are_the_same() -> None:
             np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
 
 
-@pytest.mark.parametrize("decoupled", ["element", "block", "uav blocks", "element, full C"])
-@pytest.mark.parametrize("test", "ABCD")
+@pytest.mark.parametrize(
+    ("test", "decoupled"),
+    [("A", "element"), ("B", "block"), ("C", "uav blocks"), ("D", "element, full C")],
+)
 def test_the_compiled_form_flies_what_the_readable_one_does(test: str, decoupled: Any) -> None:
     vehicle = load_vehicle("table1")
     readings = (

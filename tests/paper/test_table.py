@@ -33,6 +33,7 @@ def found() -> dict[str, Any]:
     return table1()
 
 
+@pytest.mark.long
 def test_all_eight_numbers_agree_within_fifteen_percent(found: dict[str, Any]) -> None:
     ours = np.array(found["ours"])
     assert ours.shape == PRINTED.shape == (2, 4)
@@ -121,6 +122,7 @@ def test_a_massless_disk_changes_nothing() -> None:
     np.testing.assert_array_equal(tables[0], tables[1])
 
 
+@pytest.mark.long
 def test_the_command_writes_the_table(tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = CliRunner().invoke(app, ["paper", "--only", "table", "--quick", "--out", str(out)])

@@ -112,6 +112,7 @@ def assert_close(found: Array, expected: Array) -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("vehicle", "model", "kappa", "steps"), CASES)
 def test_the_start_inputs_and_fields_have_the_slopes_of_simulated_costs(
     vehicle: ca.Vehicle, model: str, kappa: float, steps: int
@@ -304,6 +305,7 @@ def slopes_of_the_light_arm(
     return found.fields[path], float(cost(flown)[0] @ weights / step)
 
 
+@pytest.mark.long
 def test_arms_that_are_not_turned_have_slopes_of_their_attitudes() -> None:
     """Their kernels leave the turn out."""
     step = 1e-4

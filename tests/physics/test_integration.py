@@ -202,6 +202,7 @@ def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words
 UNDAMPED = {"arm.damping_ratio": 0.0}
 
 
+@pytest.mark.long
 @turns_untold
 @pytest.mark.parametrize(
     ("changes", "q", "qd"),
@@ -339,6 +340,7 @@ def drift(at: float, speed: float) -> ca.Scenario:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["RK4", "implicit"])
 def test_slow_motion_is_not_lost_in_the_last_digits_of_float32(method: str) -> None:
     """Uncompensated 0.1 m/s at 100 m moved by 0.977 of the way, and at 10 km not at all."""

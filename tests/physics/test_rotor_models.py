@@ -103,6 +103,7 @@ def test_a_flight_is_that_of_newton_and_euler_with_each_rotor_by_itself() -> Non
     np.testing.assert_allclose(flight["rotor_thrust"], thrusts, rtol=0, atol=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("curve", [0.0, 0.3, 1.0])
 def test_a_curve_holds_the_thrust_that_is_commanded(curve: float) -> None:
     """Whatever the curve, thrusts settle where commands are, and numbers come back."""
@@ -120,6 +121,7 @@ def test_a_curve_holds_the_thrust_that_is_commanded(curve: float) -> None:
     np.testing.assert_allclose(made.thrusts_of(made.speeds_of(given)), given, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_rotors_without_lag_drag_by_the_speed_of_their_command() -> None:
     lagged = {**ROTORS, "lag": 1e-5, "lag_down": 1e-5}
     prompt = {**ROTORS, "lag": 0.0, "lag_down": 0.0}
@@ -144,6 +146,7 @@ def test_drag_brakes_and_the_lift_needs_no_speed_along_the_axis() -> None:
     assert rates[2] == pytest.approx(4.0 * LIFT * 2.0**2 / MASS, rel=2e-2)
 
 
+@pytest.mark.long
 def test_runs_of_a_batch_have_numbers_of_their_own() -> None:
     several: dict[str, Any] = {
         "uav.rotors.lag_down": [0.06, 0.09],
@@ -159,6 +162,7 @@ def test_runs_of_a_batch_have_numbers_of_their_own() -> None:
         np.testing.assert_allclose(both.isel(run=run), place, rtol=0, atol=1e-9)
 
 
+@pytest.mark.long
 def test_the_implicit_method_flies_them_on_an_arm() -> None:
     vehicle = ca.load_vehicle("two_section").replace(
         {"uav.rotors": {**ROTORS, "thrust_limits": [0.0, 12.0]}}

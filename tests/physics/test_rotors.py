@@ -55,6 +55,7 @@ def flown(vehicle: ca.Vehicle, q: Any = BENT, **given: Any) -> xr.Dataset:
     return ca.simulate(vehicle, ca.Scenario("flight", q, **given), **options)
 
 
+@pytest.mark.long
 def test_left_alone_the_rotors_hold_a_level_vehicle_at_rest() -> None:
     """Two sections of one arm and one of another; bends are held, and the body stays for 1 s."""
     q = np.zeros(12)
@@ -87,6 +88,7 @@ def test_thrusts_follow_a_step_of_the_command_with_the_lag_of_the_speed() -> Non
     np.testing.assert_allclose(flight.rotor_power, power, rtol=4e-9)
 
 
+@pytest.mark.long
 def test_rotors_without_lag_give_what_is_commanded_at_once() -> None:
     prompt = FURNISHED.replace({"uav.rotors.lag": 0.0})
     flight = flown(prompt, LEVEL, rotor_command=swaying)
@@ -211,6 +213,7 @@ def test_yaw_is_given_up_first_while_lift_and_other_moments_hold(
     assert full == (moment[2] == 0.05)
 
 
+@pytest.mark.long
 def test_saturation_is_told_of_and_stays_in_the_result() -> None:
     law = constant_push([0.0, 0.0, 60.0], [0.0, 0.0, 0.0])
     with pytest.warns(ContinuairWarning, match="rotors saturate: .* up to 25.4 %"):
@@ -236,6 +239,7 @@ def test_saturation_between_samples_and_unasked_for_is_told_of(
     assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 12.0, rel=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:error_estimate")
 @pytest.mark.parametrize("rate", [20.0, 60.0])
 def test_commands_that_switch_lagging_rotors_off_and_on_are_followed(rate: float) -> None:
@@ -252,6 +256,7 @@ def test_commands_that_switch_lagging_rotors_off_and_on_are_followed(rate: float
     assert off < max(1e-3, 3.0 * float(found["error_estimate"])) < 0.02
 
 
+@pytest.mark.long
 def test_commands_of_a_program_take_the_place_of_the_hover() -> None:
     """As in `simulate` with the same commands; without them the rotors hold the vehicle."""
     fewer = 0.9 * WEIGHT / 4.0 * np.ones(4)
@@ -306,6 +311,7 @@ def test_commands_are_followed_where_limits_cut_them_off(lag: float, amplitude: 
     assert off < max(1e-3, 3.0 * float(found.error_estimate)) < 0.02
 
 
+@pytest.mark.long
 def test_pairs_sweeps_and_stepped_flights_tell_of_saturation(tmp_path: Path) -> None:
     pulse = ca.Scenario("thrust", LEVEL, rotor_command=np.full(4, 20.0), duration=0.05)
     with pytest.warns(ContinuairWarning, match="rotors saturate: .* up to 66.7 %"):
@@ -332,6 +338,7 @@ def test_pairs_sweeps_and_stepped_flights_tell_of_saturation(tmp_path: Path) -> 
     assert (swept["largest_saturation"] > 0.1).all()
 
 
+@pytest.mark.long
 def test_a_full_wrench_flies_a_law_for_ideal_wrenches_on_tilted_rotors() -> None:
     """Without lag and within the limits the flight is that of ideal forces, to rounding."""
     vehicle = SLENDER.replace({"uav.rotors": {**TILTED, "lag": 0.0}})
@@ -342,6 +349,7 @@ def test_a_full_wrench_flies_a_law_for_ideal_wrenches_on_tilted_rotors() -> None
     np.testing.assert_allclose(flight.bend, direct.bend, atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ca.MODELS)
 def test_rotors_at_rest_and_drag_of_zero_change_nothing(model: str) -> None:
     inert = QUAD.replace({"uav.drag": {}})
@@ -353,6 +361,7 @@ def test_rotors_at_rest_and_drag_of_zero_change_nothing(model: str) -> None:
         np.testing.assert_allclose(still[name], bare[name], rtol=1e-11, atol=1e-11)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", ca.MODELS)
 def test_a_run_of_a_batch_flies_as_alone_and_in_single_precision(model: str) -> None:
     masses, lags = np.linspace(1.8, 2.2, 11), np.linspace(0.0, 0.05, 11)
@@ -472,6 +481,7 @@ def test_a_command_beside_a_controller_adds_to_what_its_push_asks_for() -> None:
     np.testing.assert_allclose(flight.rotor_thrust[0], [6.0, 7.0, 8.0, 9.0], rtol=1e-12)
 
 
+@pytest.mark.long
 def test_lagging_rotors_under_a_controller_start_at_hover_and_what_a_command_adds() -> None:
     law = ca.flight_controller(QUAD)
     q = (0.0, 0.0, 2.0, *np.zeros(5))

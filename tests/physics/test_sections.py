@@ -64,6 +64,7 @@ def energy(flight: xr.Dataset) -> np.ndarray:
     return np.asarray(total)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shape", [(2, 2), pytest.param((3,), marks=SLOW)])
 def test_energy_and_momenta_of_the_coupled_model_last_ten_seconds(shape: tuple[int, ...]) -> None:
     """Within 1e-8 of the energy that swings, and of the momenta, at steps of 50 µs, at no gravity:
@@ -78,6 +79,7 @@ def test_energy_and_momenta_of_the_coupled_model_last_ten_seconds(shape: tuple[i
         assert apart < 1e-8 * np.linalg.norm(held[0]), name
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:step is")
 @pytest.mark.parametrize("model", ["coupled", "decoupled"])
 def test_steps_are_of_fourth_order(model: str) -> None:
@@ -152,6 +154,7 @@ def test_more_sections_come_near_the_first_frequency_of_a_beam(
     assert found * scale == pytest.approx(constant, abs=2e-6)
 
 
+@pytest.mark.long
 def test_a_section_cut_in_two_is_no_stiffer_where_it_bends_alike() -> None:
     """Two halves bent alike are the whole: the same place, turn and energies."""
     whole, halves = cut(1), cut(2)
@@ -179,6 +182,7 @@ def test_the_automatic_step_follows_the_fastest_bend_with_its_damping() -> None:
     assert float(automatic_step(engine, straight)[0]) == pytest.approx(0.2 / fastest, rel=1e-6)
 
 
+@pytest.mark.long
 def test_arms_hang_where_gravity_leaves_them_in_balance() -> None:
     """A level hover of two arms: bends that need no moment, and a push that carries the weight."""
     flown = vehicle(2, 2)

@@ -78,6 +78,7 @@ def test_it_flies_as_a_rigid_body(model: Model, options: dict[str, Any], toleran
     assert float(flight["kinetic_energy"][-1]) == pytest.approx(energy, rel=10 * tolerance)
 
 
+@pytest.mark.long
 def test_its_results_have_no_arms_and_its_lengths_are_a_rotors_lever() -> None:
     flight = ca.simulate(QUAD, AHEAD, sample=0.02, check=True)
     assert not {"arm", "section"} & set(flight.dims)
@@ -97,6 +98,7 @@ def test_batches_and_single_runs_have_the_same_bits() -> None:
         np.testing.assert_array_equal(one, alone["position"].to_numpy())
 
 
+@pytest.mark.long
 def test_its_camera_is_where_an_arm_would_begin() -> None:
     target = ca.Target(ca.paths.hold([0.0, 0.0, 0.0], 10.0))
     law = ca.twist_servoing(QUAD, conditioning=0.0)
@@ -135,6 +137,7 @@ def test_its_linear_system_is_that_of_a_rigid_body() -> None:
     np.testing.assert_allclose(B[6:, :6], inverse, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.long
 def test_it_is_identified_from_a_recorded_flight() -> None:
     rng, times = np.random.default_rng(0), np.arange(51) * 0.02
     commands = 2.9 + 0.4 * rng.standard_normal((len(times), 4))
@@ -197,6 +200,7 @@ def test_what_needs_an_arm_says_so(ask: Any) -> None:
         ask()
 
 
+@pytest.mark.long
 def test_mujoco_sees_what_its_camera_sees(tmp_path: Path) -> None:
     mujoco = pytest.importorskip("mujoco")
     camera = {"position": [0.02, 0.0, 0.03], "attitude": [0.1, 0.0, 0.0, 0.995]}

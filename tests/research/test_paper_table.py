@@ -133,6 +133,7 @@ def test_a_parameter_at_a_bound_is_reported() -> None:
     assert design.vehicle.uav.mass == PARAMETERS[0].lower
 
 
+@pytest.mark.long
 def test_refinement_improves_on_the_random_vehicles(found: Search) -> None:
     anyhow, literal = np.min(found.drawn, axis=0)
     assert len(found.drawn) == QUICK.draws
@@ -143,6 +144,7 @@ def test_refinement_improves_on_the_random_vehicles(found: Search) -> None:
     assert np.isfinite(literal)
 
 
+@pytest.mark.long
 def test_a_seed_gives_the_same_search_again(found: Search, results: Any) -> None:
     for key, candidates in (("best", found.pairs), ("table1_reading", found.literal)):
         best = ranked(candidates)[0]

@@ -80,7 +80,9 @@ def assert_refused(result: Any, *parts: str) -> None:
         ("sample = 1e-10\n" + SMALL, ["more than 1e+07 samples or control periods of 1e-10 s"]),
         ("sample = 0.1\n" + SMALL, ["sample is 0.1 s, longer than the flight"]),
         (SMALL.replace('"A"', '"D"\namplitude = 1e308'), ["tip_wrench is [inf"]),
-        (SMALL.replace('test = "A"', FAST), ["changes too fast"]),
+        pytest.param(
+            SMALL.replace('test = "A"', FAST), ["changes too fast"], marks=pytest.mark.long
+        ),
         (SMALL.replace("0.02", "1e6"), ["duration is 1e+06 s", "1e+07 samples"]),
         (SMALL.replace("0.02", "5e-324"), ["sample is 0.002 s, longer than the flight"]),
     ],

@@ -189,7 +189,13 @@ for _name in DESCRIPTION:
     FILE_DAMAGES[f"truncated {_name}"] = lambda s, c, name=_name: cut(s / name, c)  # type: ignore[misc]
 
 CASES = [
-    pytest.param(damage, turn, name in UNIT_DAMAGES, id=f"{name} {turn}")
+    pytest.param(
+        damage,
+        turn,
+        name in UNIT_DAMAGES,
+        marks=[pytest.mark.long] if turn else [],
+        id=f"{name} {turn}",
+    )
     for name, damage in {**UNIT_DAMAGES, **FILE_DAMAGES}.items()
     for turn in range(ROUNDS.get(name, 1))
 ]

@@ -336,6 +336,7 @@ def test_an_excitation_that_samples_see_at_its_zeros_alone_is_followed(tmp_path:
     assert 1e-5 < abs(drift[0]) < 1e-3
 
 
+@pytest.mark.long
 def test_gains_of_the_image_of_now_bring_runs_of_a_sweep_home_from_afar() -> None:
     design = xr.Dataset(
         {"controller.gains": ("gains", ["constant", "current"]), "scenario.yaw": 1.0},
@@ -353,6 +354,7 @@ def test_gains_of_the_image_of_now_bring_runs_of_a_sweep_home_from_afar() -> Non
     assert found["rms_px"].values[1] < 1.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gains", ["constant", "current"])
 def test_runs_of_a_sweep_with_an_integral_leave_no_error_under_a_steady_force(gains: str) -> None:
     design = xr.Dataset(

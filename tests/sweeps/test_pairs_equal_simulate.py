@@ -26,17 +26,24 @@ RELATIVE = 1e-12
 # otherwise, and a flight amplifies that. A sixteenth of it is reached, a hundredth as a rule.
 ROUNDING = 256 * np.finfo(float).eps
 
-OPEN, CLOSED = 220, 80
+OPEN, CLOSED = range(20), range(8)
+MORE_OPEN, MORE_CLOSED = range(20, 220), range(8, 80)
 
 
-@pytest.mark.parametrize("number", range(OPEN))
-def test_open_loop(number: int) -> None:
-    assert_pairs_are_simulate(random_flights.open_case(number))
+@pytest.mark.parametrize(
+    "numbers", [OPEN, pytest.param(MORE_OPEN, marks=pytest.mark.long)], ids=["some", "more"]
+)
+def test_open_loop(numbers: range) -> None:
+    for number in numbers:
+        assert_pairs_are_simulate(random_flights.open_case(number))
 
 
-@pytest.mark.parametrize("number", range(CLOSED))
-def test_closed_loop(number: int) -> None:
-    assert_pairs_are_simulate(random_flights.closed_case(number))
+@pytest.mark.parametrize(
+    "numbers", [CLOSED, pytest.param(MORE_CLOSED, marks=pytest.mark.long)], ids=["some", "more"]
+)
+def test_closed_loop(numbers: range) -> None:
+    for number in numbers:
+        assert_pairs_are_simulate(random_flights.closed_case(number))
 
 
 @pytest.mark.parametrize("batched", [False, True])

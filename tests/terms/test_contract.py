@@ -75,6 +75,7 @@ def test_it_does_what_the_same_wrench_on_the_tips_does(model: Model) -> None:
         assert np.abs(found - other).max() > 1e-4 * size
 
 
+@pytest.mark.long
 def test_the_arms_put_it_on_the_uav() -> None:
     """The balance of momentum of the UAV alone, on which nothing else acts but its weight."""
     flight = ca.simulate(DRAGGING, swinging(DRAGGING), sample=4e-3)
@@ -110,6 +111,7 @@ def _damping_of(section: Any) -> str:
     return "structural_damping" if section.damping_ratio is None else "damping_ratio"
 
 
+@pytest.mark.long
 def test_a_run_of_a_batch_is_the_same_alone() -> None:
     assert {*map(type, terms.terms_of(EVERYTHING))} >= {*terms.TERMS, TipDrag}
     several = np.random.default_rng(4).normal(size=(9, 12))
@@ -131,6 +133,7 @@ def test_a_run_of_a_batch_is_the_same_alone() -> None:
             assert np.abs(one - same).max() < 1e-10 * np.abs(one).max(), name
 
 
+@pytest.mark.long
 def test_casadi_has_it_or_refuses_the_vehicle() -> None:
     pytest.importorskip("casadi")
     flight = ca.simulate(DRAGGING, swinging(DRAGGING), sample=0.02)
@@ -150,6 +153,7 @@ def test_mujoco_has_no_terms(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_the_gradient_holds_it() -> None:
     """Along the start, and along the term's own number, against differences of flights."""
     at = "terms.0.per_velocity"
@@ -197,6 +201,7 @@ def test_its_energy_is_part_of_the_total() -> None:
     assert "term_energy" not in ca.simulate(DRAGGING, swinging(DRAGGING), sample=0.02)
 
 
+@pytest.mark.long
 def test_a_stiff_term_is_refused_by_the_implicit_integrator() -> None:
     with pytest.raises(ca.InputError, match="TipSpring"):
         ca.simulate(HELD, swinging(HELD), method="implicit", step=1e-3)
@@ -228,6 +233,7 @@ def test_a_vehicle_says_its_terms_and_no_file_holds_them() -> None:
         ca.equations.forward_dynamics(HELD, np.zeros(8), np.zeros(8))
 
 
+@pytest.mark.long
 def test_it_flies_in_pairs_and_steps_and_its_results_are_drawn() -> None:
     """A result tells the shape of the vehicle, which its terms do not change."""
     flight = ca.simulate(HELD, swinging(HELD), method="RK4", step=2e-4, sample=0.02)

@@ -24,6 +24,7 @@ STARTS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", STARTS)
 def test_the_last_point_is_the_tip_of_the_flight(name: str) -> None:
     vehicle = ca.load_vehicle(name)

@@ -276,6 +276,7 @@ def test_readings_have_no_minus_zero_and_no_distance_to_a_flight_that_has_ended(
     assert "ended" in readings(both, 80) and " mm" not in readings(both, 80)
 
 
+@pytest.mark.long
 def test_rims_of_rotors_lie_across_their_axes_wherever_these_point() -> None:
     places = [[0.2, 0.2, 0.0], [-0.2, 0.2, 0.0], [-0.2, -0.2, 0.0], [0.2, -0.2, 0.0]]
     given: list[dict[str, Any]] = [
