@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import ContinuairWarning
 from continuair.vehicle.arms import ArmChain, TipBody
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 from continuair.vehicle.vehicle_file import as_toml
+from tests.refusals import refused
 
 TOML = Path(__file__).with_name("three_sections.toml")
 VEHICLE = load_vehicle(TOML)
@@ -83,7 +84,7 @@ def test_cross_sections_have_inertia_only_where_there_is_a_radius() -> None:
 def test_a_radius_that_is_not_there_is_asked_for_where_it_is_needed() -> None:
     thin = Section(length=0.5, bending_stiffness=0.02, mass_per_length=0.03)
     for name in ("radius", "area", "density", "youngs_modulus"):
-        with pytest.raises(InputError, match="radius is missing"):
+        with refused("radius"):
             getattr(thin, name)
 
 
@@ -110,7 +111,7 @@ def test_disks_keep_their_share_of_a_section_that_is_renamed_and_lengthened_at_o
     assert changed.arms[0].name == "port"
     disks = changed.arms[0].section[0].disks
     np.testing.assert_allclose([disk.position for disk in disks], [0.2, 0.4, 0.6], rtol=1e-15)
-    with pytest.raises(InputError, match="port"):
+    with refused("arm.port"):
         VEHICLE.replace({"arm.left.name": "port", "arm.port.section.base.length": 0.6})
 
 
@@ -119,7 +120,7 @@ def test_counted_disks_of_a_batch_are_at_even_distances_in_every_run() -> None:
     batch = PAPER.replace(changes)
     np.testing.assert_array_equal(batch.arm.disks[0].position, [0.5, 0.25])
     np.testing.assert_array_equal(batch.arm.disks[1].mass, [0.1, 0.1])
-    with pytest.raises(InputError, match=r"^arm.disks holds 2 or 3 entries; give as many in every"):
+    with refused("arm.disks"):
         PAPER.replace({"arm.disks": {"count": np.array([2, 3]), "mass": 0.1}})
 
 
@@ -236,7 +237,7 @@ def test_a_tip_may_be_a_point_and_warns_of_moments_that_are_slightly_off() -> No
 
 def test_batched_arms_are_refused_by_the_constructor() -> None:
     batch = VEHICLE.replace({"arm.left.tip.mass": [1.0, 2.0]})
-    with pytest.raises(InputError, match="made by vehicle.replace"):
+    with refused("arm"):
         Vehicle(name="x", uav=batch.uav, arm=list(batch.arms))
 
 

@@ -9,10 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import ContinuairWarning
 from continuair.vehicle.disk import Disk
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
+from tests.refusals import refused
 
 PAPER = load_vehicle("paper")
 
@@ -102,7 +103,7 @@ def test_batch_can_be_changed_again_with_arrays_of_its_length() -> None:
     batch = PAPER.replace({"arm.radius": [0.004, 0.005]}).replace({"uav.mass": [1.0, 2.0]})
     assert batch.select(0) == PAPER.replace({"arm.radius": 0.004, "uav.mass": 1.0})
     assert batch.replace({"arm.radius": 0.005, "uav.mass": 2.0}) == PAPER
-    with pytest.raises(InputError, match="arm.length holds 3 runs while uav.mass holds 2"):
+    with refused("arm.length"):
         PAPER.replace({"arm.length": [1, 2, 3]}).replace({"uav.mass": [1, 2]})
 
 
@@ -134,10 +135,10 @@ def test_warnings_of_a_batch_come_as_one_that_names_the_first_run() -> None:
 
 
 def test_unusable_run_of_a_batch_is_named_by_its_index() -> None:
-    with pytest.raises(InputError, match="^run 2: arm.radius is -1.0, but must be"):
+    with refused("arm.radius"):
         PAPER.replace({"arm.radius": [0.1, 0.2, -1.0]})
     disks = [{"position": 1.0, "mass": 0.1}]
-    with pytest.raises(InputError, match="^run 1: arm.disks.0.position is 1.0, beyond the arm's"):
+    with refused("arm.disks.0.position"):
         PAPER.replace({"arm.length": [1.5, 0.9], "arm.disks": disks})
 
 
@@ -154,24 +155,24 @@ def test_disks_keep_their_share_of_an_arm_whose_length_changes() -> None:
     np.testing.assert_allclose(again.arm.disks[0].position, 0.3, rtol=1e-15)
     given = base.replace({"arm.length": 2.0, "arm.disks.0.position": 0.1})
     assert [disk.position for disk in given.arm.disks] == [0.1, 2.0]
-    with pytest.raises(InputError, match="^arm.length is -1.0, but must be[^\n]*$"):
+    with refused("arm.length"):
         base.replace({"arm.length": -1.0})
 
 
 def test_batched_parts_are_refused_by_the_constructor() -> None:
     batch = PAPER.replace({"uav.mass": [1.0, 2.0]})
-    with pytest.raises(InputError, match="made by vehicle.replace"):
+    with refused("uav"):
         Vehicle(name="x", uav=batch.uav, arm=batch.arm)
 
 
 @pytest.mark.parametrize("run", [-1, 2, 0.5, "0", True])
 def test_run_outside_the_batch_is_refused(run: Any) -> None:
     batch = PAPER.replace({"uav.mass": [1.0, 2.0]})
-    with pytest.raises(InputError, match=f"run is {run!r}, but the vehicle has 2 runs"):
+    with refused("run"):
         batch.select(run)
 
 
 def test_vector_that_varies_is_replaced_as_a_whole() -> None:
     batch = PAPER.replace({"uav.mount": np.zeros((2, 3))})
-    with pytest.raises(InputError, match="uav.mount differs between runs"):
+    with refused("uav.mount.2"):
         batch.replace({"uav.mount.2": 1.0})

@@ -11,8 +11,9 @@ import pytest
 
 import continuair as ca
 from continuair import checks
-from continuair.errors import InputError, shown
+from continuair.errors import shown
 from continuair.vehicle import runs
+from tests.refusals import refused
 
 VEHICLE = ca.load_vehicle("paper")
 HERE = ca.paths.hold()
@@ -103,7 +104,7 @@ def test_copies_of_what_was_checked_cannot_be_changed_either(copied: Callable[[A
 
 def test_copies_of_models_change_nothing_that_would_go_unchecked() -> None:
     assert VEHICLE.model_copy(deep=True) == VEHICLE
-    with pytest.raises(InputError, match=r"mass; use vehicle.replace\("):
+    with refused("model_copy"):
         VEHICLE.uav.model_copy(update={"mass": -3.0})
 
 
@@ -124,7 +125,7 @@ def test_checked_arrays_can_no_longer_be_changed_nor_by_what_they_were_made_of()
     for array in arrays:
         with pytest.raises(ValueError, match="read-only"):
             array[...] = -1.0
-    with pytest.raises(InputError, match="k cannot be changed"):
+    with refused("k"):
         controller.gains["k"] = np.zeros((2, 2))  # type: ignore[index]
     for given in (radii, points, gain):
         given[...] = -1.0
@@ -155,9 +156,7 @@ def test_a_whole_number_may_be_of_numpy_and_has_no_fraction() -> None:
     assert type(ca.Scenario("s", np.zeros(8), seed=three).seed) is int
     assert VEHICLE.replace({"uav.mass": [1.0, 2.0]}).select(three - 2).uav.mass == 2.0
     for value in (3.0, "3", True, 2):
-        with pytest.raises(
-            ca.InputError, match="points is .*; give a whole number from 3 to 100[.]"
-        ):
+        with refused("points"):
             ca.servoing(1.0, 1.0, points=value)  # type: ignore[arg-type]
 
 
@@ -167,13 +166,13 @@ def test_settings_of_a_law_are_plain_numbers_for_provenance() -> None:
 
 
 def test_a_truth_value_is_not_guessed_from_text() -> None:
-    with pytest.raises(ca.InputError, match="feed_forward is 'no'; give True or False[.]"):
+    with refused("feed_forward"):
         ca.classic(VEHICLE, feed_forward="no")  # type: ignore[arg-type]
 
 
 def test_names_are_told_by_the_nearest_or_the_list_and_kept_once_each() -> None:
     assert checks.choices("letters", ["B", "A", "B"], "ABC") == ["B", "A"]
-    with pytest.raises(ca.InputError, match="model holds 'copled'; use coupled"):
+    with refused("model"):
         checks.choices("model", "copled", ca.MODELS)
-    with pytest.raises(ca.InputError, match="tests is empty; name one or more of A, B"):
+    with refused("tests"):
         checks.choices("tests", [], "AB")

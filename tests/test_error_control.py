@@ -11,6 +11,7 @@ import continuair as ca
 from amiri2026 import open_loop_test
 from continuair.scenario.tracking_task import task
 from continuair.typing import Method
+from tests.refusals import refused
 
 Array = np.ndarray
 
@@ -234,7 +235,7 @@ def test_closed_loops_agree_with_short_fixed_steps(period: float | None) -> None
     ],
 )
 def test_tolerances_that_cannot_be_met_are_refused(options: dict[str, Any], field: str) -> None:
-    with pytest.raises(ca.InputError, match=field):
+    with refused(field):
         ca.simulate(PAPER, RELEASE, **({"method": "Tsit5"} | options))
 
 
@@ -248,7 +249,7 @@ def test_half_the_step_tells_the_error_of_steps_of_one_length(method: Method) ->
 
 
 def test_old_names_are_told_their_new_ones() -> None:
-    with pytest.raises(ca.InputError, match="method"):
+    with refused("integrator"):
         ca.simulate(PAPER, RELEASE, integrator="rk4")
     with pytest.raises(TypeError, match="integrate"):
         ca.simulate(PAPER, RELEASE, integrate=True)
@@ -259,7 +260,7 @@ def test_a_function_that_cannot_be_resolved_is_refused() -> None:
     def noise(t: float) -> list[float]:
         return [float(np.modf(np.sin(12345.678 * t) * 43758.5453)[0]), 0.0, 0.0]
 
-    with pytest.raises(ca.InputError, match="force"):
+    with refused("force"):
         fly(RELEASE.replace(force=noise, duration=0.1))
 
 

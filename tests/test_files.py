@@ -23,6 +23,7 @@ from continuair.figures.style import pictures_only
 from continuair.studies.results import UNFINISHED, ResultFolder
 from continuair.vehicle.vehicle_file import write_vehicle
 from tests.identification.flights import record, true_vehicle
+from tests.refusals import refused
 from tests.synthetic import flight
 
 SOURCE = Path(ca.__file__).parents[1]
@@ -88,7 +89,7 @@ def test_force_replaces_a_vehicle_of_continuair_and_not_its_other_name() -> None
     write_vehicle(true_vehicle(), "fitted.toml")
     os.link("fitted.toml", "kept.toml")
     kept = Path("kept.toml").read_text()
-    with pytest.raises(ca.InputError, match="exists already"):
+    with refused("out"):
         write_vehicle(true_vehicle().replace({"uav.mass": 3.0}), "fitted.toml")
     write_vehicle(true_vehicle().replace({"uav.mass": 3.0}), "fitted.toml", force=True)
     assert ca.load_vehicle("fitted.toml").uav.mass == 3.0
@@ -207,7 +208,7 @@ def test_a_folder_that_cannot_be_claimed_or_filled_is_given_up(
     assert_refused(run("open-loop", "--out", "a/b"), "No space left on device")
     monkeypatch.undo()
     monkeypatch.setattr(study, "simulate", flight)
-    with pytest.raises(ca.InputError, match="No space left"), ResultFolder("a/c", "x") as folder:
+    with refused("out"), ResultFolder("a/c", "x") as folder:
         monkeypatch.setattr(Path, "write_text", full)
         folder.write_text("table.md", "")
     assert not Path("a").exists()

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 import continuair.cli as cli
 import continuair.cli.new as new
 from continuair.analysis.plausible import doubts
-from continuair.errors import InputError, named_fields
+from continuair.errors import named_fields
 from continuair.vehicle.arms import ArmChain, TipBody
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.disk import Disk
@@ -25,6 +25,7 @@ from continuair.vehicle.section import Section
 from continuair.vehicle.template import LAYOUTS, Outline, as_template
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle, load_vehicle, preset_text
+from tests.refusals import refused
 
 GRAVITY = 9.81
 
@@ -187,7 +188,7 @@ def test_answers_that_end_early_write_nothing() -> None:
 
 
 def test_an_outline_that_no_vehicle_can_have_is_refused() -> None:
-    with pytest.raises(InputError, match="radius is"):
+    with refused("arm.radius"):
         Outline("made", length=0.1, radius=0.06)
 
 

@@ -13,6 +13,7 @@ from amiri2026.open_loop_tests import open_loop_test
 from continuair import load_vehicle, simulate
 from continuair.errors import InputError
 from continuair.scenario.scenarios import Scenario
+from tests.refusals import refused
 
 Q = (0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.1, 0.0)
 
@@ -62,7 +63,7 @@ def test_test_d_as_printed_repeats_every_second_and_with_f1_is_a_chirp() -> None
 
 @pytest.mark.parametrize("letter", ["E", "", "AB", None, 1, np.array(["A", "B"])])
 def test_there_are_no_other_open_loop_tests(letter: Any) -> None:
-    with pytest.raises(InputError, match="use one of: A, B, C, D"):
+    with refused("test"):
         open_loop_test(letter)
 
 
@@ -113,17 +114,15 @@ def test_unusable_field_is_refused_in_one_sentence_with_value_and_remedy(
 
 
 def test_unknown_field_is_refused_and_the_nearest_named() -> None:
-    with pytest.raises(InputError, match="use duration"):
+    with refused("durations"):
         Scenario("test", Q).replace(durations=3)
-    with pytest.raises(InputError, match="use duration"):
+    with refused("durations"):
         Scenario("test", Q, durations=3)  # type: ignore[call-arg]
 
 
 @pytest.mark.parametrize("values", [(), ("test",), ("test", Q, *range(30))])
 def test_a_scenario_with_too_few_or_too_many_values_is_refused(values: Any) -> None:
-    with pytest.raises(
-        InputError, match="^a scenario cannot be made .*; give a name, q and fields by name[.]$"
-    ):
+    with refused("a scenario"):
         Scenario(*values)
 
 
@@ -152,7 +151,7 @@ def test_replace_leaves_the_original_and_checks_the_copy() -> None:
     scenario = open_loop_test("B")
     longer = scenario.replace(duration=2.0, jumps=(1.5,))
     assert (scenario.duration, longer.duration) == (1.0, 2.0)
-    with pytest.raises(InputError, match="below 1 s"):
+    with refused("jumps"):
         longer.replace(duration=1.0)
 
 

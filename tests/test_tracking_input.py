@@ -10,6 +10,7 @@ import continuair as ca
 from amiri2026.tracking.tuning import tune
 from continuair.controllers.gain_files import Gains, load_gains
 from continuair.scenario.tracking_task import chosen_letters
+from tests.refusals import refused
 
 
 @pytest.fixture(scope="module")
@@ -45,21 +46,21 @@ def test_gains_may_be_given_themselves(vehicle: ca.Vehicle) -> None:
 
 @pytest.mark.parametrize("letters", ["", "MX", "7"])
 def test_unknown_letters_are_refused(letters: str) -> None:
-    with pytest.raises(ca.InputError, match="letters"):
+    with refused("letters"):
         chosen_letters(letters)
 
 
 @pytest.mark.parametrize(
     ("options", "part"),
     [
-        ({"candidates": 100}, "candidates is 100; give a power of two"),
-        ({"candidates": 0}, "candidates is 0"),
-        ({"rounds": 0}, "rounds is 0"),
-        ({"seed": -1}, "seed is -1"),
+        ({"candidates": 100}, "candidates"),
+        ({"candidates": 0}, "candidates"),
+        ({"rounds": 0}, "rounds"),
+        ({"seed": -1}, "seed"),
     ],
 )
 def test_a_search_of_no_size_is_refused(
     options: dict[str, Any], part: str, vehicle: ca.Vehicle
 ) -> None:
-    with pytest.raises(ca.InputError, match=part):
+    with refused(part):
         tune(vehicle, **options)

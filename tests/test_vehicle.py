@@ -10,12 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import ContinuairWarning
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.disk import Disk
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import load_vehicle, preset_names
+from tests.refusals import refused
 
 PAPER = load_vehicle("paper")
 PAPER_TOML = Path(__file__).parents[1] / "src/continuair/presets/paper.toml"
@@ -122,7 +123,7 @@ def test_damping_ratio_sets_the_decay_of_the_clamped_mode(arm: Section, ratio: f
 
 def test_a_rod_without_mass_in_floating_point_numbers_is_refused_though_a_disk_has_some() -> None:
     vehicle = load_vehicle("paper")
-    with pytest.raises(InputError, match="density 5e-324 gives no finite natural frequency"):
+    with refused("arm.radius"):
         vehicle.replace({"arm.density": 5e-324, "arm.disks": [{"position": 1.0, "mass": 0.2}]})
 
 
@@ -137,7 +138,7 @@ def test_a_damping_takes_the_place_of_a_ratio_and_conversely_also_where_it_is_0(
     undamped = by_ratio.replace({"arm.damping": 0.0})
     assert undamped.arm.structural_damping == 0.0 and undamped.arm.damping_ratio is None
     assert PAPER.replace({"arm.damping": None}).arm.structural_damping == 0.0
-    with pytest.raises(InputError, match="damping is 0.0 while damping_ratio is 0.1; keep one"):
+    with refused("damping"):
         Section(
             length=1, radius=0.01, density=1e3, youngs_modulus=1e9, damping=0.0, damping_ratio=0.1
         )
@@ -165,7 +166,7 @@ def test_equal_vehicles_have_equal_hashes() -> None:
 def test_attitude_is_normalised_when_it_is_nearly_of_norm_one() -> None:
     camera = Camera(attitude=(0.0, 0.7072, 0.0, 0.7070))
     assert math.hypot(*camera.attitude) == pytest.approx(1, abs=3e-15)
-    with pytest.raises(InputError, match=r"norm 1 \(it has 2\)"):
+    with refused("attitude"):
         Camera(attitude=(0, 0, 0, 2))
 
 
@@ -188,7 +189,7 @@ def test_excess_over_the_triangle_inequality_warns_up_to_5_percent_and_is_refuse
     limit = 2 * 0.024
     with pytest.warns(ContinuairWarning, match="uav.inertia belongs to no rigid body"):
         PAPER.replace({"uav.inertia": [0.024, 0.024, limit * 1.049]})
-    with pytest.raises(InputError, match="by more than 5 %"):
+    with refused("uav.inertia"):
         PAPER.replace({"uav.inertia": [0.024, 0.024, limit * 1.051]})
     PAPER.replace({"uav.inertia": [0.024, 0.024, limit]})
 
@@ -199,5 +200,5 @@ def test_disk_obeys_the_triangle_inequality_with_the_thin_disk_as_its_limit() ->
     with pytest.warns(ContinuairWarning, match="disks"):
         Disk(position=0.5, mass=0.1, inertia=(1e-5, 2.09e-5))
     for inertia in [(1e-5, 2.11e-5), (0, 1e-9)]:
-        with pytest.raises(InputError, match="by more than 5 %"):
+        with refused("inertia"):
             Disk(position=0.5, mass=0.1, inertia=inertia)

@@ -12,6 +12,7 @@ from continuair import equations
 from continuair.controllers.inertias import bend_inertia, rigid_inertia
 from continuair.equations.camera import axes_on_body, interaction_matrix, on_body
 from continuair.vehicle.coordinates import euler_to_body_rates
+from tests.refusals import refused
 
 TWO, DUAL = (ca.load_vehicle(name) for name in ("two_section", "dual_arm"))
 POSITION, ATTITUDE = [0.3, -0.2, 4.0], Rotation.from_euler("ZYX", [1.0, 0.2, -0.1])
@@ -86,27 +87,25 @@ def test_an_arm_whose_rate_is_zero_is_left_to_its_spring() -> None:
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
-        ({"bend": [0.1, 0.2]}, r"bend is \[0.1, 0.2\]; give 4 finite numbers"),
-        ({"bend_rate": [1.0, 2.0, 3.0]}, "bend_rate is .*; give a finite number .*, or 2 of them"),
-        ({"bend_rate": [1.0, -2.0]}, r"bend_rate is \[1.0, -2.0\]; give rates of 0 or more"),
+        ({"bend": [0.1, 0.2]}, "bend"),
+        ({"bend_rate": [1.0, 2.0, 3.0]}, "bend_rate"),
+        ({"bend_rate": [1.0, -2.0]}, "bend_rate"),
         (
             {"bend": [0.0, 0.0, 0.3, 0.0], "bend_rate": [1.0, 0.0]},
-            r"bend is .*, but bend_rate \[1.0, 0.0\] leaves sections of it free; give a rate",
+            "bend",
         ),
     ],
 )
 def test_a_hold_for_other_bends_is_refused_in_one_sentence(
     arguments: dict[str, Any], problem: str
 ) -> None:
-    with pytest.raises(ca.InputError, match=problem):
+    with refused(problem):
         ca.hold(TWO, POSITION, **arguments)
 
 
 def test_a_hold_of_another_vehicle_is_refused_in_one_sentence() -> None:
     law = ca.hold(ca.load_vehicle("paper"), POSITION)
-    with pytest.raises(
-        ca.InputError, match="the vehicle's sections call for .4,.; make the contro"
-    ):
+    with refused("bend"):
         ca.simulate(TWO, ca.Scenario("hold", START, controller=law))
 
 
@@ -261,9 +260,9 @@ def coupled(vehicle: ca.Vehicle) -> np.ndarray:
 def test_gains_designed_for_another_vehicle_are_refused_in_one_sentence() -> None:
     law = ca.servoing(**ca.design(TWO, 3.0))
     paper = ca.load_vehicle("paper")
-    with pytest.raises(ca.InputError, match="per_push of .* the vehicle's sections call for .2, 6"):
+    with refused("per_push"):
         served(paper, above(paper), law)
-    with pytest.raises(ca.InputError, match="arms is 3; .*design"):
+    with refused("arms"):
         ca.servoing(1.0, 1.0, arms=3)  # type: ignore[arg-type]
-    with pytest.raises(ca.InputError, match="bend_rate is -1.0; give a finite number of at least"):
+    with refused("bend_rate"):
         ca.design(TWO, 3.0, bend_rate=-1.0)

@@ -13,6 +13,7 @@ from continuair.controllers.gain_files import load_gains
 from continuair.equations.camera import interaction_matrix, to_normalised, to_pixels
 from tests.closed_loop import eye
 from tests.closed_loop.flights import VEHICLE, scenario
+from tests.refusals import refused
 
 pytestmark = pytest.mark.targets
 
@@ -125,28 +126,28 @@ def test_a_flight_controller_believes_in_the_mass_that_it_was_made_for(feedforwa
     expected = 9.81 * (heavy.mass - vehicle.mass) / stiffness
     assert float(flight["position"][-1, 2]) == pytest.approx(expected, rel=1e-3)
     slim = heavy.replace({"uav.inertia.2.2": 0.9 * heavy.uav.inertia[2][2]})
-    for other, told in ((vehicle, "mass"), (slim, "inertia")):
-        with pytest.raises(ca.InputError, match=f"vehicle has {told} .* make"):
+    for other in (vehicle, slim):
+        with refused("vehicle"):
             law.believing(other)
     law.believing(heavy.replace({"camera.noise": 2.0}))
 
 
 def test_what_cannot_be_believed_in_is_refused() -> None:
     law = load_gains("paper").controller(VEHICLE)
-    with pytest.raises(ca.InputError, match="vehicle is 'paper'; load one"):
+    with refused("vehicle"):
         law.believing("paper")  # type: ignore[arg-type]
-    with pytest.raises(ca.InputError, match="arms, sections, tips"):
+    with refused("believes"):
         other = law.believing(ca.load_vehicle("two_section"))
         ca.simulate(VEHICLE, scenario(other, duration=0.01), sample=0.01)
-    with pytest.raises(ca.InputError, match="different nominal models"):
+    with refused("controllers"):
         ca.stack([law, law.believing(VEHICLE)])
-    with pytest.raises(ca.InputError, match="q has 2 runs, but the batch has 3"):
+    with refused("scenario.q"):
         batch = VEHICLE.replace({"uav.mass": np.array([1.0, 2.0, 3.0])})
         start = scenario(
             law.believing(batch), duration=0.01, q=np.tile([0, 0, 3, 0, 0, 0, 0, 0], (2, 1))
         )
         ca.simulate(VEHICLE, start, sample=0.01)
-    with pytest.raises(ca.InputError, match="nominal model"):
+    with refused("scenario"):
         ca.lyapunov(VEHICLE, scenario(law.believing(VEHICLE)))
 
 
@@ -171,5 +172,5 @@ def test_rotors_and_drag_that_no_law_computes_with_are_those_that_fly(
     )
     law = ca.flight_controller(vehicle).believing(vehicle.replace(other))
     start = ca.Scenario("hover", [0.1, 0, 0, 0, 0, 0, 0.1, 0], duration=0.02, controller=law)
-    with pytest.raises(ca.InputError, match="uav.* differs from that of 'paper'"):
+    with refused("believes"):
         ca.simulate(vehicle, start)

@@ -12,6 +12,7 @@ import continuair as ca
 from continuair.controllers.hover import hover, resting
 from continuair.controllers.margins import LinearLoop
 from tests.closed_loop.test_flight_controller import HOME, PAPER, RIGID, ROTORS, fly
+from tests.refusals import refused
 
 DUAL = ca.load_vehicle("dual_arm")
 LONG_LIGHT_ARM = Path(__file__).parents[1] / "long_light_arm.toml"
@@ -189,15 +190,13 @@ def test_an_arm_that_hangs_free_is_held_steady_where_it_rests() -> None:
     assert spin[10 * count :].max() < 0.6 * spin[2 * count : 4 * count].max()
     rest = hover(vehicle, 9.81, resting(vehicle, 9.81, np.ones(2, bool)))
     assert LinearLoop(rest, law.gains, "weight", 0.03).growth(0.0) < -0.05
-    with pytest.raises(ca.InputError, match="unstable with a rotor lag of 0.03 s at any latency"):
+    with refused("attitude_bandwidth"):
         ca.flight_controller(vehicle, attitude_bandwidth=6.83, bend_bandwidth=0.0, rotor_lag=0.03)
 
 
-@pytest.mark.parametrize(
-    ("bend", "told"), [([1.0], "bend is "), ([40.0, 0.0, 0.0, 0.0], "bend is .* full circle")]
-)
+@pytest.mark.parametrize(("bend", "told"), [([1.0], "bend"), ([40.0, 0.0, 0.0, 0.0], "bend")])
 def test_a_posture_that_no_arm_has_is_refused(bend: list[float], told: str) -> None:
-    with pytest.raises(ca.InputError, match=told):
+    with refused(told):
         ca.flight_controller(SIDEWAYS, bend=bend)
 
 
@@ -210,7 +209,7 @@ def test_a_margin_ends_where_the_loop_is_first_unstable_though_it_is_stable_agai
     first = 2e-4 * np.argmax(grows)
     assert 0.019 < first < 0.021 and not grows[-1]
     assert first - 2e-4 - 1e-3 * first < law.settings["latency_margin"] < first
-    with pytest.raises(ca.InputError, match="stable up to a latency of 0.02 s, which 0.021 s exc"):
+    with refused("attitude_bandwidth"):
         ca.flight_controller(vehicle, **free, attitude_bandwidth=20.0, latency=0.0205)
 
 
@@ -261,9 +260,9 @@ def test_rotors_that_lag_lower_the_margin_and_gains_too_fast_are_refused_with_it
         if fits:
             ca.flight_controller(RIGID, **given)
             continue
-        with pytest.raises(ca.InputError, match="attitude_bandwidth is 20 .* at any latency"):
+        with refused("attitude_bandwidth"):
             ca.flight_controller(RIGID, **given)
-    with pytest.raises(ca.InputError, match=r"stable up to a latency of 0\.0\d+ s, which 0\.1 s"):
+    with refused("attitude_bandwidth"):
         ca.flight_controller(
             RIGID, attitude_bandwidth=20.0, position_bandwidth=2.0, yaw_bandwidth=8.0,
             bend_bandwidth=0.0, latency=0.1,
@@ -325,16 +324,16 @@ def test_the_lag_and_the_thrust_are_the_rotors_own() -> None:
     settings = ca.flight_controller(ROTORS).settings
     assert settings["rotor_lag"] == 0.04
     np.testing.assert_allclose(settings["thrust"], [0.1 * 9.81 * ROTORS.mass, 4 * 14.0])
-    with pytest.raises(ca.InputError, match=r"thrust is \[1\.0, 20\.0\]; .* weight of 25\.7 N"):
+    with refused("thrust"):
         ca.flight_controller(ROTORS, thrust=[1.0, 20.0])
 
 
 def test_a_rate_whose_margin_would_take_minutes_is_refused() -> None:
-    with pytest.raises(ca.InputError, match="rate is 1000000000.0; give at most 10000"):
+    with refused("rate"):
         ca.flight_controller(RIGID, rate=1e9)
 
 
 def test_a_rate_that_is_no_multiple_of_the_step_is_refused() -> None:
     scenario = ca.Scenario("x", HOME, controller=ca.flight_controller(RIGID, rate=300.0))
-    with pytest.raises(ca.InputError, match="the period of the controller's rate is 0.0033333"):
+    with refused("the period of the controller's rate"):
         ca.simulate(RIGID, scenario, method="RK4", step=1e-3)

@@ -11,6 +11,7 @@ from continuair.controllers.gains import designs
 from continuair.controllers.servoing import servoings
 from continuair.equations.camera import interaction_matrix
 from tests.closed_loop import flights
+from tests.refusals import refused
 
 NAMES = ("Kp", "Kd", "Cp", "Cd", "Cs")
 
@@ -95,15 +96,15 @@ def test_points_at_several_depths_come_home_as_fast_as_those_of_one(gains: Any) 
 @pytest.mark.parametrize("setting", ["bandwidth", "damping_ratio", "rate_gain"])
 def test_gains_that_no_number_holds_are_refused(setting: str) -> None:
     values: dict[str, Any] = {"bandwidth": 1.0, setting: 1e308}
-    with pytest.raises(ca.InputError, match="gains that no number holds"):
+    with refused("bandwidth"):
         ca.design(flights.VEHICLE, **values)
-    with pytest.raises(ca.InputError, match="bandwidth is .*; give a finite number"):
+    with refused("bandwidth"):
         ca.design(flights.VEHICLE, 10**400)
     assert ca.servoing(1e308, 1e308).gains["Kp"][0, 0] == 1e308
 
 
 def test_a_letter_slower_than_numbers_reach_is_refused() -> None:
-    with pytest.raises(ca.InputError, match="is not finite"):
+    with refused("path"):
         ca.Target(ca.paths.letter("M", duration=1e308))
 
 
@@ -142,5 +143,5 @@ def test_a_run_whose_gains_no_number_holds_is_refused_among_others() -> None:
     settings: dict[str, Any] = {"bandwidth": np.array([1.0, 1e300]), "damping_ratio": 1.0}
     settings |= {"conditioning": 0.0, "rate_gain": 1e-4, "sliding": 1e-6}
     seen = flights.STILL.desired, flights.STILL.depths
-    with pytest.raises(ca.InputError, match=r"bandwidth is 1e\+300, .* gains that no number holds"):
+    with refused("bandwidth"):
         designs(flights.VEHICLE, *(np.tile(each, (2, 1)) for each in seen), **settings)

@@ -9,6 +9,7 @@ import continuair as ca
 from continuair.scenario import paths
 from continuair.scenario.paths import Path
 from tests.closed_loop.flights import VEHICLE, designed, scenario
+from tests.refusals import refused
 from tests.test_errors import assert_one_plain_sentence
 
 ZIGZAG = [[0.0, 0.0, 0.0], [0.5, 0.2, 0.1], [0.3, 0.6, 0.1], [0.9, 0.6, -0.2]]
@@ -285,7 +286,7 @@ def test_a_path_that_jumps_beyond_its_duration_is_refused_where_it_is_followed_s
     late = paths.from_function(lambda t: [0.1 * np.sin(t), 0.0, 0.1 * (t > 0.35)], 0.2, "late")
     flown = scenario(designed(), target=ca.Target(late))
     ca.simulate(VEHICLE, flown, duration=0.3)
-    with pytest.raises(ca.InputError, match=r"path late jumps, .* near t = 0\.35 s"):
+    with refused("path"):
         ca.simulate(VEHICLE, flown, duration=0.5)
 
 
@@ -296,7 +297,7 @@ def test_a_fast_motion_is_no_jump_however_far_beyond_its_duration_it_is_followed
     leaping = paths.from_function(
         lambda t: [np.sin(9.0 * t), 0.0, 0.1 * (t > 300)], 500.0, "leaping"
     )
-    with pytest.raises(ca.InputError, match=r"path leaping jumps, .* near t = 300 s"):
+    with refused("path"):
         ca.Target(leaping)
 
 
@@ -307,7 +308,7 @@ def test_a_motion_that_adds_up_over_the_times_it_is_asked_for_is_refused() -> No
         velocity = np.ones((len(t), 3))
         return np.cumsum(velocity, axis=0) * 2.0 / len(t), velocity, np.zeros((len(t), 3))
 
-    with pytest.raises(ca.InputError, match="path summed returns other values"):
+    with refused("path summed"):
         ca.Target(paths.Path("summed", 2.0, summed))
 
 
@@ -319,5 +320,5 @@ def test_a_velocity_that_is_not_the_positions_is_refused_however_small_the_path(
         along = np.outer(np.sin(t), [size, 0.0, 0.0])
         return along, np.zeros_like(along), np.zeros_like(along)
 
-    with pytest.raises(ca.InputError, match="its velocity is not"):
+    with refused("path"):
         ca.Target(paths.Path("still", 2.0, still))

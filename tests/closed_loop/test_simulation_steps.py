@@ -11,6 +11,7 @@ import continuair as ca
 from amiri2026 import open_loop_test
 from continuair.typing import Model
 from tests.closed_loop import flights
+from tests.refusals import refused
 from tests.test_errors import assert_one_plain_sentence
 
 PERIOD, PERIODS = 2e-3, 150
@@ -168,7 +169,7 @@ def test_a_flight_that_bends_too_far_ends_and_keeps_what_was_recorded() -> None:
     assert run.status == 2
     assert sim.time <= float(run.end_time) <= sim.time + 0.01
     assert np.isfinite(run.bend).all() and len(run.time) == round(sim.time / 0.01) + 1
-    with pytest.raises(ca.InputError, match="the flight stopped at .* start a new Simulation"):
+    with refused("step"):
         sim.step(np.zeros(8))
 
 
@@ -292,7 +293,7 @@ def test_what_cannot_be_stepped_is_refused_in_one_sentence(case: str) -> None:
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
 def test_a_simulation_is_not_copied_as_both_would_fly_one_flight(copied: Any) -> None:
     one = ca.Simulation(ca.load_vehicle("paper"), open_loop_test("B"), control_period=0.01)
-    with pytest.raises(ca.InputError, match="a Simulation cannot be copied"):
+    with refused("Simulation"):
         copied(one)
 
 

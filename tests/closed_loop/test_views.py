@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.equations.camera import facing, project
+from tests.refusals import refused
 
 DOWN, UP, FORWARD = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (-0.5, 0.5, -0.5, 0.5)
 """Attitudes of cameras that look along -z, z and x of the world."""
@@ -108,14 +109,14 @@ def test_a_start_on_the_other_side_of_the_desired_image_is_refused(made: str) ->
         target = ca.Target(resting(), points, 1.5, other)
     start = np.zeros(8)
     start[:3], start[3:6] = facing(vehicle, AT, 1.5, attitude)
-    with pytest.raises(ca.InputError, match="camera_attitude"):
+    with refused("target"):
         flight(vehicle, target, start, 0.1)
 
 
 def test_a_vehicle_is_not_turned_upside_down_to_look() -> None:
-    with pytest.raises(ca.InputError, match="upside down"):
+    with refused("camera"):
         facing(BELOW, AT, 1.5)
-    with pytest.raises(ca.InputError, match="upside down"):
+    with refused("camera"):
         facing(ABOVE, AT, 1.5, UP)
 
 

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 import continuair as ca
 from continuair import equations as eq
 from tests.equations.samples import FURNISHED, PLAIN, THICK, VEHICLES, slope, states, vector_of
+from tests.refusals import refused
 
 EVERY_VEHICLE = pytest.mark.parametrize("vehicle", VEHICLES.values(), ids=VEHICLES)
 
@@ -266,15 +267,15 @@ def test_remark_1_spares_the_spring(bend: float) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"mask": "blocks"}, "mask is 'blocks'; use coupled, block, diagonal"),
-        ({"mask": np.ones(8)}, r"mask has shape \(8,\); give an array of shape \(8, 8\)"),
-        ({"q": np.ones(7)}, r"q has shape \(7,\)"),
-        ({"qd": "fast"}, "qd is 'fast', but must be numbers"),
-        ({"tau": np.ones(6)}, r"tau has shape \(6,\)"),
-        ({"tip_wrench": 1.0}, r"tip_wrench has shape \(\)"),
+        ({"mask": "blocks"}, "mask"),
+        ({"mask": np.ones(8)}, "mask"),
+        ({"q": np.ones(7)}, "q"),
+        ({"qd": "fast"}, "qd"),
+        ({"tau": np.ones(6)}, "tau"),
+        ({"tip_wrench": 1.0}, "tip_wrench"),
     ],
 )
 def test_a_bad_input_is_named(words: dict[str, Any], message: str) -> None:
     arguments = {"q": np.ones(8), "qd": np.ones(8), **words}
-    with pytest.raises(ca.InputError, match=message):
+    with refused(message):
         eq.forward_dynamics(PLAIN, **arguments)

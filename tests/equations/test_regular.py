@@ -11,6 +11,7 @@ from continuair import equations as eq
 from continuair.typing import Model
 from tests.equations.trees import TREES, flights, of_case
 from tests.oracles.make_kane_cases import held
+from tests.refusals import refused
 
 MASKS = {"coupled": "coupled", "decoupled": "block"}
 MODELS = pytest.mark.parametrize("model", MASKS)
@@ -96,14 +97,14 @@ def test_what_is_missing_is_zero() -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ({"bend": np.ones(2)}, r"bend has shape \(2,\); give an array of shape \(3, 2\)"),
-        ({"bend": [[1, 0], [0, 0], [0, 1]]}, "bend holds a section with bend 0"),
-        ({"attitude": np.zeros(4)}, "attitude has length 0"),
-        ({"attitude": [0, np.sqrt(0.5), 0, np.sqrt(0.5)]}, "attitude is a pitch of a quarter turn"),
-        ({"tip_wrench": np.ones(6)}, r"tip_wrench has shape \(6,\); .* shape \(2, 6\)"),
-        ({"mask": "decoupled"}, "mask is 'decoupled'; use coupled, block, diagonal, or factors of"),
+        ({"bend": np.ones(2)}, "bend"),
+        ({"bend": [[1, 0], [0, 0], [0, 1]]}, "bend"),
+        ({"attitude": np.zeros(4)}, "attitude"),
+        ({"attitude": [0, np.sqrt(0.5), 0, np.sqrt(0.5)]}, "attitude"),
+        ({"tip_wrench": np.ones(6)}, "tip_wrench"),
+        ({"mask": "decoupled"}, "mask"),
     ],
 )
 def test_a_bad_state_is_named(words: dict[str, Any], message: str) -> None:
-    with pytest.raises(ca.InputError, match=message):
+    with refused(message):
         eq.accelerations(TREES["2+1"], **({"bend": np.ones((3, 2))} | words))

@@ -10,6 +10,7 @@ from continuair import equations as eq
 from tests.equations.samples import FURNISHED, slope, vector_of
 from tests.equations.samples import states as states_of_one
 from tests.equations.trees import TREES, states
+from tests.refusals import refused
 
 EVERY_TREE = pytest.mark.parametrize("vehicle", TREES.values(), ids=TREES)
 
@@ -223,11 +224,11 @@ def test_the_camera_looks_from_the_tip_of_its_arm() -> None:
 @pytest.mark.parametrize(
     ("where", "message"),
     [
-        ({"arm": 2}, "arm is 2; give a whole number from 0 to 1"),
-        ({"arm": 1, "section": 1}, "section is 1; give a whole number from 0 to 0"),
-        ({"section": -1}, "section is -1; give a whole number from 0 to 1"),
+        ({"arm": 2}, "arm"),
+        ({"arm": 1, "section": 1}, "section"),
+        ({"section": -1}, "section"),
     ],
 )
 def test_a_section_that_is_not_there_is_named(where: dict[str, Any], message: str) -> None:
-    with pytest.raises(ca.InputError, match=message):
+    with refused(message):
         eq.jacobian(TREES["2+1"], np.ones(12), 0.1, **where)

@@ -18,6 +18,7 @@ from continuair.identification.aliasing import of_fast_swings
 from continuair.identification.recording import MEASURED
 from continuair.vehicle.vehicle_file import as_toml, write_vehicle
 from tests.identification.flights import NOISE, record, true_vehicle
+from tests.refusals import refused
 
 pytestmark = pytest.mark.targets
 
@@ -182,7 +183,7 @@ def test_a_test_does_not_tell_what_rotors_did() -> None:
     record(Path("flight.csv"), test="C", duration=0.1)
     rotors = {"layout": "quad_x", "lever": 0.2, "thrust_limits": [0.0, 12.0], "lag": 0.04}
     furnished = true_vehicle().replace({"uav.rotors": rotors | {"torque_per_thrust": 0.016}})
-    with pytest.raises(ca.InputError, match="does not include rotor thrusts"):
+    with refused("test"):
         fit(furnished, load_recording("flight.csv"), ["uav.mass"], test="C")
 
 
@@ -339,7 +340,7 @@ def test_bends_that_no_arm_reaches_are_refused() -> None:
     record(Path("flight.csv"), duration=1.0)
     recording = load_recording("flight.csv")
     beyond = dataclasses.replace(recording, bend=np.full(recording.bend.shape, 900.0))
-    with pytest.raises(ca.InputError, match="bend .* in row 1, more than a full circle"):
+    with refused("bend"):
         fit(true_vehicle(), beyond, ("uav.mass",))
 
 
@@ -350,5 +351,5 @@ def test_a_fit_in_which_no_flight_lasts_is_refused() -> None:
     assert recording.inputs is not None
     inputs = recording.inputs.copy()
     inputs[:, 6:] = 1e4
-    with pytest.raises(ca.InputError, match="simulations stop before"):
+    with refused("simulations"):
         fit(true_vehicle(), dataclasses.replace(recording, inputs=inputs), ("uav.mass",))

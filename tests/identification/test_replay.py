@@ -14,6 +14,7 @@ import continuair as ca
 from continuair.identification.recording import MEASURED, Recording, load_recording
 from continuair.identification.replay import START, Replay
 from tests.identification.flights import true_vehicle, write
+from tests.refusals import refused
 
 pytestmark = pytest.mark.targets
 
@@ -101,18 +102,18 @@ def still(**changes: Any) -> Recording:
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"time": [5.0, 5.1, 5.2]}, "time of the recording is .*; give times .* begin with 0"),
-        ({"time": [0.0, 0.2, 0.1]}, "time of the recording is .* and increase"),
-        ({"position": [[0.0] * 3, [np.nan] * 3, [0.0] * 3]}, "position of the recording is"),
-        ({"position": np.ma.masked_equal(np.zeros((3, 3)), 0.0)}, "position of the recording is"),
-        ({"position": np.zeros((2, 3))}, "position of the recording is .* one row per time"),
-        ({"attitude": [[0.0, 0.0, 0.0, 1.1]] * 3}, "attitude .* off a unit quaternion by 0.1 in"),
-        ({"bend": np.zeros(3)}, "bend of the recording is"),
-        ({"inputs": np.zeros((3, 6))}, "inputs of the recording has 6 columns; give 8"),
-        ({"rotor_command": np.zeros((2, 4))}, "rotor_command of the recording is"),
+        ({"time": [5.0, 5.1, 5.2]}, "time"),
+        ({"time": [0.0, 0.2, 0.1]}, "time"),
+        ({"position": [[0.0] * 3, [np.nan] * 3, [0.0] * 3]}, "position"),
+        ({"position": np.ma.masked_equal(np.zeros((3, 3)), 0.0)}, "position"),
+        ({"position": np.zeros((2, 3))}, "position"),
+        ({"attitude": [[0.0, 0.0, 0.0, 1.1]] * 3}, "attitude"),
+        ({"bend": np.zeros(3)}, "bend"),
+        ({"inputs": np.zeros((3, 6))}, "inputs"),
+        ({"rotor_command": np.zeros((2, 4))}, "rotor_command"),
     ],
 )
 def test_a_recording_that_no_file_could_hold_is_refused(changes: dict[str, Any], told: str) -> None:
     assert still().position.shape == (3, 3)
-    with pytest.raises(ca.InputError, match=told):
+    with refused(told):
         still(**changes)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from tests.refusals import refused
 
 LIBRARIES = ("jax.numpy", "torch")
 
@@ -51,7 +52,7 @@ def test_a_traced_array_is_refused_in_a_sentence() -> None:
     def traced(q: Any) -> Any:
         return ca.Scenario("traced", q).q
 
-    with pytest.raises(ca.InputError, match=r"q is \w*Tracer.*, but must be 8 finite numbers"):
+    with refused("q"):
         jax.jit(traced)(np.zeros(8))
 
 
@@ -72,7 +73,7 @@ class OnDevice:
 
 
 def test_an_array_on_a_device_is_refused_in_a_sentence_that_names_it() -> None:
-    with pytest.raises(ca.InputError, match=r"q is tensor\(.*device='cuda:0'\), but must be 8"):
+    with refused("q"):
         ca.Scenario("on a device", OnDevice())
 
 

@@ -12,6 +12,7 @@ import pytest
 
 import continuair as ca
 from continuair.interfaces.hovering import BOUND, ROTORS, default_vehicle
+from tests.refusals import refused
 
 gymnasium = pytest.importorskip("gymnasium")
 
@@ -157,12 +158,12 @@ def test_options_of_a_reset_that_mean_nothing_are_refused(options: dict[str, Any
     with pytest.raises(ca.InputError, match=next(iter(options))):
         env.reset(options=options)
     one = gymnasium.make(HOVER, vehicle=ONE_SECTION, disable_env_checker=True)
-    with pytest.raises(ca.InputError, match=next(iter(options))):
+    with refused("options"):
         one.reset(options=options)
 
 
 def test_a_mask_before_the_first_reset_is_refused() -> None:
-    with pytest.raises(ca.InputError, match="reset_mask"):
+    with refused("options['reset_mask']"):
         vector(2).reset(options={"reset_mask": np.array([True, False])})
 
 
@@ -192,10 +193,10 @@ def test_a_copy_continues_as_the_original_does(copied: Callable[[Any], Any], cou
 
 def test_modes_of_rendering_are_refused() -> None:
     for mode in ("rgb_array", "human"):
-        with pytest.raises(ca.InputError, match="render_mode"):
+        with refused("render_mode"):
             gymnasium.make_vec(HOVER, num_envs=2, vehicle=ONE_SECTION, render_mode=mode)
         with (
-            pytest.raises(ca.InputError, match="render_mode"),
+            refused("render_mode"),
             pytest.warns(UserWarning, match="render"),
         ):
             gymnasium.make(HOVER, vehicle=ONE_SECTION, render_mode=mode)
@@ -308,27 +309,27 @@ def test_speeds_seen_are_those_whose_squares_give_the_thrust_also_without_lag() 
 @pytest.mark.parametrize(
     ("options", "part"),
     [
-        ({"vehicle": "slender"}, "vehicle has no rotors"),
-        ({"vehicle": "no such"}, "there is no preset of that name"),
-        ({"hold": "arm"}, "hold is 'arm'"),
-        ({"bend_moment": -1.0}, "bend_moment is -1.0"),
-        ({"period": 0}, "period is 0; give a finite number above 0"),
-        ({"model": "rigid"}, "model is 'rigid'"),
+        ({"vehicle": "slender"}, "vehicle"),
+        ({"vehicle": "no such"}, "vehicle"),
+        ({"hold": "arm"}, "hold"),
+        ({"bend_moment": -1.0}, "bend_moment"),
+        ({"period": 0}, "period"),
+        ({"model": "rigid"}, "model"),
         (
             {"vehicle": ONE_SECTION.replace({"uav.mass": np.array([2.0, 2.1])})},
-            "vehicle has 2 runs, but there are 1",
+            "vehicle",
         ),
     ],
 )
 def test_options_that_cannot_be_used_are_refused(options: dict[str, Any], part: str) -> None:
-    with pytest.raises(ca.InputError, match=part):
+    with refused(part):
         gymnasium.make(HOVER, **options)
 
 
 def test_actions_that_are_no_numbers_or_too_few_are_refused() -> None:
     env = gymnasium.make(HOVER, vehicle=ONE_SECTION, disable_env_checker=True)
     env.reset(seed=0)
-    with pytest.raises(ca.InputError, match="give finite numbers from -1 to 1"):
+    with refused("action"):
         env.step(np.array([0.0, np.nan, 0.0, 0.0]))
-    with pytest.raises(ca.InputError, match=r"of shape \(3,\); give numbers of shape \(1, 4\)"):
+    with refused("action"):
         env.step(np.zeros(3))

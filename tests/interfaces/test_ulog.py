@@ -16,6 +16,7 @@ import continuair.cli as cli
 from continuair.identification import Recording, fit
 from continuair.vehicle.vehicle_file import write_vehicle
 from tests.interfaces.logged import flown, px4_estimates, rotorcraft, to_frd, to_ned, write_ulog
+from tests.refusals import refused
 
 pytest.importorskip("pyulog")
 
@@ -170,12 +171,12 @@ def test_commands_that_jitter_within_rows_give_lagging_rotors_the_thrust_that_th
 
 def test_rows_between_which_nothing_was_recorded_are_refused() -> None:
     """Also where other topics are faster: rows on lines between measurements are none."""
-    with pytest.raises(ca.InputError, match="rate is 1e.12 Hz, but .* was measured at 100 Hz"):
+    with refused("rate"):
         read(rate=1e12)
     topics = logged()
     time, data = topics["debug_array"]
     topics["debug_array"] = (time[::5], {"data": data["data"][::5]})
-    with pytest.raises(ca.InputError, match="rate is 100 Hz, but bend .* was measured at 20 Hz"):
+    with refused("rate"):
         read(topics, rate=100.0)
 
 
@@ -260,7 +261,7 @@ def test_a_gap_a_reset_or_no_number_is_refused_unless_a_window_leaves_it_out(
 def test_a_window_that_begins_on_the_way_across_a_reset_is_refused() -> None:
     """Its first row would lie between the samples before and after."""
     topics = spoiled("vehicle_local_position", with_reset)
-    with pytest.raises(ca.InputError, match="was reset by the estimator"):
+    with refused("position (vehicle_local_position)"):
         read(topics, window=(0.295, 0.48))
     assert len(read(topics, window=(0.3, 0.48)).time) == 19
 
@@ -269,7 +270,7 @@ def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:
     write_ulog(Path("whole.ulg"), logged())
     Path("flight.ulg").write_bytes(Path("whole.ulg").read_bytes()[:-150])
     named = {"bend": BEND, "rotors": MOTORS}
-    with pytest.raises(ca.InputError, match=r"is cut off after 0.\d+ s; .* window"):
+    with refused("data"):
         ca.read_ulog("flight.ulg", rotorcraft(), named)
     assert len(ca.read_ulog("flight.ulg", rotorcraft(), named, window=(0.0, 0.4)).time) == 41
 
@@ -277,20 +278,20 @@ def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:
 @pytest.mark.parametrize(
     ("named", "part"),
     [
-        ({"rotors": MOTORS}, "the arm's bend"),
-        ({"bend": "debug_arry:a,b"}, "has no topic debug_arry for bend; use debug_array"),
-        ({"bend": "debug_array"}, r"needs the names of its fields; name some of data\[0\]"),
-        ({"bend": "debug_array:data[5]"}, r"has no field data\[5\]"),
-        ({"bend": "debug_array:data[0]"}, "holds 1 numbers, but the vehicle has 2"),
-        ({"bend": BEND, "rotors": MOTORS[:-3]}, "is normalised"),
-        ({"bend": BEND, "thrust": SETPOINTS["thrust"]}, "thrust is named without torque"),
-        ({"bend": BEND, "rotors": MOTORS, **SETPOINTS}, "would act twice"),
-        ({"bend": BEND + "*x"}, "write TOPIC:FIELD,FIELD.NUMBER"),
-        ({"bnd": BEND}, "topic is 'bnd'; use bend"),
+        ({"rotors": MOTORS}, "topics"),
+        ({"bend": "debug_arry:a,b"}, "data"),
+        ({"bend": "debug_array"}, "bend (debug_array)"),
+        ({"bend": "debug_array:data[5]"}, "bend (debug_array)"),
+        ({"bend": "debug_array:data[0]"}, "bend (debug_array)"),
+        ({"bend": BEND, "rotors": MOTORS[:-3]}, "rotors (actuator_motors)"),
+        ({"bend": BEND, "thrust": SETPOINTS["thrust"]}, "thrust"),
+        ({"bend": BEND, "rotors": MOTORS, **SETPOINTS}, "rotors"),
+        ({"bend": BEND + "*x"}, "topic"),
+        ({"bnd": BEND}, "topic"),
     ],
 )
 def test_topics_that_cannot_be_used_are_refused(named: dict[str, str], part: str) -> None:
-    with pytest.raises(ca.InputError, match=part):
+    with refused(part):
         read(named=named)
 
 
@@ -348,7 +349,7 @@ def test_positions_that_px4_says_are_none_are_refused(flag: str, bad: int) -> No
     flags = np.full(len(time), float(1 - bad))
     read(topics | {"vehicle_local_position": (time, {**place, flag: flags})})
     flags[len(flags) // 2] = bad
-    with pytest.raises(ca.InputError, match=rf"{flag} is {bad}"):
+    with refused("position (vehicle_local_position)"):
         read(topics | {"vehicle_local_position": (time, {**place, flag: flags})})
 
 
@@ -364,7 +365,7 @@ def test_an_instance_of_a_topic_is_taken_by_its_number(recwarn: pytest.WarningsR
     first, second = bends("debug_array.0"), bends("debug_array.1")
     np.testing.assert_allclose(second, first + 0.5, atol=1e-6)
     assert not recwarn.list
-    with pytest.raises(ca.InputError, match="debug_array.2"):
+    with refused("bend (debug_array.2)"):
         bends("debug_array.2")
 
 

@@ -24,6 +24,7 @@ from amiri2026.table.study import (
 from continuair.cli.commands import app
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import load_vehicle
+from tests.refusals import refused
 
 pytestmark = pytest.mark.targets
 
@@ -111,7 +112,7 @@ def test_what_cannot_be_flown_is_refused(
     vehicle = load_vehicle("table1").replace(changes)
     with pytest.raises(InputError, match=field):
         fly_tests(vehicle, **options)
-    with pytest.raises(InputError, match="force_sign"):
+    with refused("force_sign"):
         Reading(force_sign=7)  # type: ignore[arg-type]
 
 

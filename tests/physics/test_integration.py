@@ -10,6 +10,7 @@ import continuair as ca
 from amiri2026 import open_loop_test
 from continuair.typing import Method
 from tests.physics.free_flight import tumbling
+from tests.refusals import refused
 
 pytestmark = pytest.mark.targets
 
@@ -254,7 +255,7 @@ def test_a_step_too_coarse_for_the_stiffest_mode_warns_with_the_estimate() -> No
 
 @pytest.mark.skipif(wp.is_cuda_available(), reason="needs a machine without a CUDA device")
 def test_cuda_without_a_cuda_device_is_told_so() -> None:
-    with pytest.raises(ca.InputError, match="no CUDA device was found; use 'cpu'"):
+    with refused("device"):
         ca.simulate(VEHICLE, open_loop_test("B"), device="cuda")
 
 
@@ -286,24 +287,24 @@ def test_all_methods_name_the_same_end() -> None:
 )
 def test_an_input_that_fails_later_in_the_flight_is_named(force: object, words: str) -> None:
     scenario = ca.Scenario(name="late", q=np.zeros(8), force=force)  # type: ignore[arg-type]
-    with pytest.raises(ca.InputError, match=f"force.*{words}"):
+    with refused("force"):
         ca.simulate(VEHICLE, scenario)
 
 
 def test_more_steps_than_fit_are_refused_before_they_are_made() -> None:
     test = open_loop_test("B")
-    with pytest.raises(ca.InputError, match="samples"):
+    with refused("duration"):
         ca.simulate(VEHICLE, test, sample=1e-9)
-    with pytest.raises(ca.InputError, match="steps"):
+    with refused("duration"):
         ca.simulate(VEHICLE, test, method="RK4", step=1e-9)
     sway = test.replace(force=lambda t: [np.sin(t), 0.0, 0.0], duration=1e6)
-    with pytest.raises(ca.InputError, match="force is a function of time"):
+    with refused("duration"):
         ca.simulate(VEHICLE, sway, sample=1.0)
 
 
 def test_arrays_of_different_numbers_of_runs_are_refused() -> None:
     batch = VEHICLE.replace({"uav.mass": [1.0, 2.0, 3.0]})
-    with pytest.raises(ca.InputError, match="2 runs"):
+    with refused("scenario.q"):
         ca.simulate(batch, ca.Scenario(name="two", q=np.zeros((2, 8))))
 
 
@@ -314,7 +315,7 @@ def test_inputs_for_different_numbers_of_runs_are_named() -> None:
         force=lambda t: np.zeros((2, 3)),
         moment=lambda t: np.zeros((3, 3)),
     )
-    with pytest.raises(ca.InputError, match="force has 2, moment has 3"):
+    with refused("inputs"):
         ca.simulate(VEHICLE, scenario, sample=0.1)
 
 

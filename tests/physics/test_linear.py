@@ -12,6 +12,7 @@ from continuair.analysis.linear import bending_frequencies
 from continuair.analysis.modes import Base
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import fastest_rate
+from tests.refusals import refused
 
 pytestmark = pytest.mark.targets
 
@@ -88,7 +89,7 @@ def test_a_hover_that_flutters_under_the_constant_moment_that_holds_it_is_told()
     q, A = hovering(vehicle, yaw=0.0)
     growth = np.linalg.eigvals(A).real.max()
     assert growth > 0.02
-    with pytest.raises(ca.InputError, match=f"flutters.* 1.98 rad/s.*{growth:.2g}"):
+    with refused("q"):
         ca.modes(vehicle, q, base="hovering")
 
 
@@ -224,9 +225,9 @@ def test_a_tip_force_bends_the_arm_as_the_energy_says() -> None:
 
 
 def test_trim_refuses_a_wrench_without_equilibrium_and_a_bad_bend() -> None:
-    with pytest.raises(ca.InputError, match="bend"):
+    with refused("bend"):
         ca.trim(VEHICLE, bend=(1.0, 2.0, 3.0))
-    with pytest.raises(ca.InputError, match="base"):
+    with refused("base"):
         ca.modes(VEHICLE, base="flying")  # type: ignore[arg-type]
 
 
@@ -278,9 +279,9 @@ def test_just_inside_a_full_circle_everything_is_finite() -> None:
 @pytest.mark.parametrize("gravity", NOT_A_MAGNITUDE)
 def test_gravity_must_be_a_magnitude_everywhere(gravity: Any) -> None:
     for call in (ca.linearize, ca.modes, ca.trim):
-        with pytest.raises(ca.InputError, match="gravity is .* 0 or more"):
+        with refused("gravity"):
             call(VEHICLE, gravity=gravity)
-    with pytest.raises(ca.InputError, match="gravity is .* 0 or more"):
+    with refused("gravity"):
         ca.forward_dynamics(VEHICLE, np.zeros(8), np.zeros(8), gravity=gravity)
 
 

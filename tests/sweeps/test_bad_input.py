@@ -16,6 +16,7 @@ import continuair.cli as cli
 from continuair.sweeps import checksums, cluster
 from continuair.sweeps.design import load_design
 from continuair.vehicle.vehicle_file import as_toml
+from tests.refusals import refused
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -128,7 +129,7 @@ def test_a_field_that_no_run_reads_is_refused_varied_or_fixed(
 
 def test_a_camera_that_no_controller_looks_through_is_refused_but_for_its_arm() -> None:
     for given in (0.5, ("noise", [0.5, 1.0])):
-        with pytest.raises(ca.InputError, match="vehicle.camera.noise is given, but has no effect"):
+        with refused("vehicle.camera.noise"):
             load_design(xr.Dataset({"vehicle.camera.noise": given}))
     # Of its tip metrics are.
     arms = {"vehicle.camera.arm": ("arm", ["left", "right"])}
@@ -215,18 +216,18 @@ def test_a_folder_that_holds_other_things_is_left_alone(tmp_path: Path) -> None:
 @pytest.mark.parametrize("threads", [float("nan"), 0, 1.5, True])
 def test_threads_that_are_no_number_of_them_are_refused(tmp_path: Path, threads: Any) -> None:
     (tmp_path / "design.toml").write_text(SMALL)
-    with pytest.raises(ca.InputError, match="threads is .*; give a whole number, 1 or more"):
+    with refused("threads"):
         ca.sweep(tmp_path / "design.toml", tmp_path / "store.zarr", threads=threads)
     assert not (tmp_path / "store.zarr").exists()
 
 
 def test_what_is_no_path_is_refused() -> None:
-    with pytest.raises(ca.InputError, match="out is 3, but must be a path"):
+    with refused("out"):
         ca.open_sweep(3)  # type: ignore[arg-type]
 
 
 def test_an_unwritten_store_cannot_be_opened(tmp_path: Path) -> None:
-    with pytest.raises(ca.InputError, match="no store of a sweep"):
+    with refused("out"):
         ca.open_sweep(tmp_path / "none.zarr")
 
 

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 
 import continuair as ca
 import continuair.cli as cli
+from tests.refusals import refused
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -229,7 +230,7 @@ def test_units_that_are_damaged_are_named_and_no_other_is_computed_again(
     for unit in (1, 4):
         flip(store / f"results/c/{unit}/0/0", random.Random(unit))
     before = {path: path.stat().st_ino for path in (store / "done" / "c").iterdir()}
-    with pytest.raises(ca.InputError, match=r"results of units 1, 4 \(of 6, from 0\) are damaged"):
+    with refused("out"):
         ca.open_sweep(store)
     assert ca.sweep(design, store, repair=True).attrs["done"] == RUNS
     after = {path: path.stat().st_ino for path in (store / "done" / "c").iterdir()}

@@ -15,6 +15,7 @@ from continuair.sweeps import load_design
 from continuair.sweeps.assembly import batches
 from continuair.sweeps.units import REFUSED, compute, quantities
 from continuair.vehicle.vehicle_file import as_toml
+from tests.refusals import refused
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -203,7 +204,7 @@ def test_a_run_that_cannot_be_built_is_a_row_with_a_status() -> None:
     found = results(design)
     assert found["status"].sel(model="decoupled").values.tolist() == [0, 0, 0, REFUSED]
     assert np.isfinite(found["rmse_t_m"].values).all(axis=1).tolist() == [True, True, True, False]
-    with pytest.raises(ca.InputError, match="vehicle.arm.disks.0.position is 1.1, beyond"):
+    with refused("vehicle.arm.disks.0.position"):
         load_design(design.assign({"vehicle.arm.disks.0.position": ("disk", [0.5, 1.1])}))
 
 
@@ -303,7 +304,7 @@ def test_a_design_in_another_order_is_another_design(tmp_path: Path) -> None:
         for order in (list(vary), list(vary)[::-1])
     ]
     ca.sweep(designs[0], tmp_path / "store.zarr", shard=(1, 2))
-    with pytest.raises(ca.InputError, match="another design"):
+    with refused("out"):
         ca.sweep(designs[1], tmp_path / "store.zarr")
 
 
@@ -393,5 +394,5 @@ def test_results_keep_the_labels_of_the_dimensions_of_a_dataset(tmp_path: Path) 
     named = ca.sweep(design.rename(size="kappa").drop_vars("kappa"), tmp_path / "named")
     assert float(named.sel(kappa=0.2)["scenario.kappa"]) == 0.2
     for labels in ([0.0, np.nan, 1.0], np.array([1, 2, 3], "datetime64[s]")):
-        with pytest.raises(ca.InputError, match="design labels its dimension 'size' with"):
+        with refused("design"):
             load_design(design.assign_coords(size=labels))

@@ -16,6 +16,7 @@ from continuair.engine.pack import tree_of
 from continuair.flight.reading import vehicle_of
 from continuair.typing import Model
 from continuair.vehicle.vehicle_file import as_toml
+from tests.refusals import refused
 from tests.terms.tip_drag import TipDrag
 from tests.terms.tip_spring import TipSpring
 
@@ -143,12 +144,12 @@ def test_casadi_has_it_or_refuses_the_vehicle() -> None:
     for name, expected in zip(names, ca.accelerations(EVERYTHING, **state), strict=True):
         value = np.array(found[name]).reshape(expected.shape)
         assert np.abs(value - expected).max() < 1e-9 * np.abs(expected).max()
-    with pytest.raises(ca.InputError, match="TipSpring"):
+    with refused("vehicle"):
         ca.to_casadi(HELD)
 
 
 def test_mujoco_has_no_terms(tmp_path: Path) -> None:
-    with pytest.raises(ca.InputError, match="TipSpring"):
+    with refused("vehicle"):
         ca.to_mjcf(HELD, tmp_path / "held.xml")
     assert not list(tmp_path.iterdir())
 
@@ -173,7 +174,7 @@ def test_the_gradient_holds_it() -> None:
     ]
     below, above = (height(flight)[0] for flight in ends)
     assert float(found.fields[at]) == pytest.approx((above - below) / 2e-3, rel=1e-6)
-    with pytest.raises(ca.InputError, match="TipSpring"):
+    with refused("vehicle"):
         ca.gradient(HELD, swinging(HELD), height)
 
 
@@ -203,7 +204,7 @@ def test_its_energy_is_part_of_the_total() -> None:
 
 @pytest.mark.long
 def test_a_stiff_term_is_refused_by_the_implicit_integrator() -> None:
-    with pytest.raises(ca.InputError, match="TipSpring"):
+    with refused("method"):
         ca.simulate(HELD, swinging(HELD), method="implicit", step=1e-3)
     flights = [
         ca.simulate(DRAGGING, swinging(DRAGGING), method=name, step=1e-5, sample=0.02)
@@ -226,10 +227,11 @@ def test_a_vehicle_says_its_terms_and_no_file_holds_them() -> None:
     assert said["terms"] == [
         {"term": "TipSpring", "stiffness": 20.0, "point": [0.1, 0.2, -0.5], "arm": 0}
     ]
-    for refused in (lambda: ca.Vehicle(**said), lambda: as_toml(HELD)):
-        with pytest.raises(ca.InputError, match="TipSpring.*code"):
-            refused()
-    with pytest.raises(ca.InputError, match="TipSpring"):
+    with refused("terms.0"):
+        ca.Vehicle(**said)
+    with refused("vehicle"):
+        as_toml(HELD)
+    with refused("vehicle"):
         ca.equations.forward_dynamics(HELD, np.zeros(8), np.zeros(8))
 
 
@@ -253,25 +255,25 @@ def test_a_term_that_is_not_whole_is_refused() -> None:
     class Nothing(ca.Term):
         kinds: Any = ()
 
-    with pytest.raises(ca.InputError, match="Nothing has no method device"):
+    with refused("term"):
         ca.simulate(HELD.replace({"terms": (Nothing(),)}), swinging(HELD))
-    with pytest.raises(ca.InputError, match="Nothing.kinds is"):
+    with refused("Nothing.kinds"):
         Nothing([1, 2])
 
 
 @pytest.mark.parametrize(
     ("changes", "problem"),
     [
-        ({"terms": TipDrag(1.0)}, "must be a tuple"),
-        ({"terms": (TipDrag,)}, "the class TipDrag"),
-        ({"terms.0.stiffness": "soft"}, "TipSpring.stiffness is 'soft'"),
-        ({"terms.0.point": [1.0, 2.0]}, "3 finite numbers"),
-        ({"terms.0.stiffness": [1.0, np.nan]}, "finite"),
-        ({"terms.0.stiffness": [1.0, 2.0], "uav.mass": [2.0, 2.1, 2.2]}, "holds 2 runs"),
+        ({"terms": TipDrag(1.0)}, "terms"),
+        ({"terms": (TipDrag,)}, "terms.0"),
+        ({"terms.0.stiffness": "soft"}, "terms.0.TipSpring.stiffness"),
+        ({"terms.0.point": [1.0, 2.0]}, "terms.0.TipSpring.point"),
+        ({"terms.0.stiffness": [1.0, np.nan]}, "terms.0.TipSpring.stiffness"),
+        ({"terms.0.stiffness": [1.0, 2.0], "uav.mass": [2.0, 2.1, 2.2]}, "terms.0.stiffness"),
     ],
 )
 def test_what_is_no_term_is_refused(changes: dict[str, Any], problem: str) -> None:
-    with pytest.raises(ca.InputError, match=problem):
+    with refused(problem):
         HELD.replace(changes)
 
 

@@ -12,6 +12,7 @@ from continuair.analysis.backbone import along
 from continuair.analysis.motion import motion_of
 from continuair.equations import position
 from continuair.viewer.scene import scene
+from tests.refusals import refused
 from tests.viewer.flights import PAPER, swing
 
 Array = NDArray[np.float64]
@@ -105,9 +106,9 @@ def test_models_and_runs_keep_their_dimensions() -> None:
 
 
 def test_a_flight_of_another_vehicle_is_told() -> None:
-    with pytest.raises(ca.InputError, match="has 1 sections, but vehicle 'two_section' has 2"):
+    with refused("flight"):
         ca.backbone(ca.load_vehicle("two_section"), swing())
-    with pytest.raises(ca.InputError, match="flight has no bend over time"):
+    with refused("flight"):
         ca.backbone(ca.load_vehicle("paper"), swing().drop_vars("bend"))
 
 
@@ -116,7 +117,7 @@ def test_another_vehicle_than_flew_is_told_by_its_tips() -> None:
     flight = ca.simulate(PAPER, ca.Scenario("bent", start, duration=0.02), sample=0.01)
     other = PAPER.replace({"arm.length": 1.1})
     for use in (lambda: ca.backbone(other, flight), lambda: scene(flight, other)):
-        with pytest.raises(ca.InputError, match="whose tips are .* give the vehicle"):
+        with refused("vehicle"):
             use()
     ca.backbone(PAPER, flight.astype(np.float32))
 
@@ -127,14 +128,13 @@ def test_another_vehicle_than_flew_is_told_without_tips() -> None:
     several = PAPER.replace({"arm.length": np.array([1.0, 1.1])})
     kept = ("position", "attitude", "bend")
     batch = ca.simulate(several, scenario, sample=0.01, variables=kept)
-    told = "arms end 0.1 m from .* give the vehicle"
     for flight, wrong in [(batch, PAPER), (batch.isel(run=1), PAPER)]:
-        with pytest.raises(ca.InputError, match=told):
+        with refused("vehicle"):
             ca.backbone(wrong, flight)
     stiff = PAPER.replace({"arm.youngs_modulus": 1e11})
     ca.backbone(stiff, batch.isel(run=0))
     moved = PAPER.replace({"uav.mount": [0.0, 0.05, 0.0]})
-    with pytest.raises(ca.InputError, match=r"arms end 0\.05 m"):
+    with refused("vehicle"):
         ca.backbone(moved, batch.isel(run=[0]))
     ca.backbone(moved, batch.isel(run=[0]).drop_attrs())
 
@@ -147,14 +147,14 @@ def test_times_that_do_not_go_on_are_told(times: list[float]) -> None:
         lambda: scene(flight),
         lambda: motion_of(flight),
     ):
-        with pytest.raises(ca.InputError, match="time is .* must be finite and increasing"):
+        with refused("time"):
             use()
 
 
 def test_a_quaternion_that_is_no_turn_is_told() -> None:
     flight = swing()
     flight["attitude"][3] *= 1.01
-    with pytest.raises(ca.InputError, match="attitude has a quaternion of length 1.01"):
+    with refused("attitude"):
         ca.backbone(PAPER, flight)
     flight["attitude"][3] /= 1.01
     flight["attitude"][4:] = np.nan

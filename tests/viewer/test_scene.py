@@ -20,6 +20,7 @@ from continuair.viewer.forces import scale_of
 from continuair.viewer.panel import readings
 from continuair.viewer.player import Player
 from continuair.viewer.scene import scene
+from tests.refusals import refused
 from tests.viewer.flights import swing, watching
 
 DUAL = ca.load_vehicle("dual_arm")
@@ -105,16 +106,12 @@ def test_labels_in_another_order_change_nothing_that_is_drawn(flight: xr.Dataset
 
 def test_a_flight_without_some_of_its_labels_is_refused() -> None:
     flight = swing(DUAL).assign_coords(arm=["left", "right"], section=["left.0", "right.0"])
-    for part, lacking in (
-        ({"axis": [0, 1]}, "the axis z"),
-        ({"arm": [1]}, "the arm left"),
-        ({"section": [0]}, "the section right.0"),
-    ):
-        with pytest.raises(ca.InputError, match=f"flight lacks {lacking}"):
+    for part in ({"axis": [0, 1]}, {"arm": [1]}, {"section": [0]}):
+        with refused("flight"):
             scene(flight.isel(part))
-        with pytest.raises(ca.InputError, match=f"flight lacks {lacking}"):
+        with refused("flight"):
             ca.plot.snapshots(flight.isel(part), [0.5])
-    with pytest.raises(ca.InputError, match="flight lacks the axis z"):
+    with refused("flight"):
         ca.plot.tip_path(flight.assign(tip_position=flight["position"]).isel(axis=[0, 1]))
 
 
@@ -233,14 +230,14 @@ def test_a_player_loops_slows_and_seeks() -> None:
 
 def test_what_is_no_single_flight_is_told() -> None:
     flight = swing()
-    with pytest.raises(ca.InputError, match=r"has 2 by run; select one.*isel\(run=0\)"):
+    with refused("flight"):
         scene(flight.expand_dims(run=[0, 1]))
-    with pytest.raises(ca.InputError, match="flight has no vehicle"):
+    with refused("flight"):
         scene(flight.drop_attrs())
-    with pytest.raises(ca.InputError, match="ghost has other times"):
+    with refused("ghost"):
         scene(flight, ghost=swing(duration=2.0))
     later = flight.assign_coords(time=flight["time"] + 0.5)
-    with pytest.raises(ca.InputError, match="ghost has other times"):
+    with refused("ghost"):
         scene(flight, ghost=later)
 
 

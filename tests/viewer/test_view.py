@@ -29,6 +29,7 @@ from continuair.viewer.export import write_page
 from continuair.viewer.flying import fly
 from continuair.viewer.reading import chosen, recorded
 from continuair.viewer.scene import scene
+from tests.refusals import refused
 from tests.viewer.flights import PAPER, swing, watching
 
 pytest.importorskip("viser")
@@ -320,7 +321,7 @@ def test_the_view_of_a_simulation_is_on_this_machine_alone_and_follows_its_steps
             time.sleep(0.01)
     finally:
         shown.stop()
-    with pytest.raises(ca.InputError, match="leave them out of a Simulation"):
+    with refused("vehicle"):
         ca.view(simulation, vehicle, port=0)
 
 
