@@ -9,6 +9,7 @@ import pytest
 
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
+from tests.refusals import refused
 from tests.test_errors import assert_one_plain_sentence
 
 TOML = Path(__file__).with_name("three_sections.toml")
@@ -27,83 +28,72 @@ def test_the_single_arm_is_refused_where_there_is_a_list() -> None:
     assert_one_plain_sentence(str(caught.value))
 
 
-UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
-    ({"arm.left.section.tip.length": -1}, "arm.left.section.tip.length is -1, but", "[m]"),
-    ({"arm.0.section.1.length": [1, -1]}, "run 1: arm.left.section.tip.length is -1, but", "[m]"),
-    ({"arm.lefd.mount": 0}, "arm.lefd does not exist", "use arm.left (known: arm.left, arm.1)"),
-    ({"arm.2.mount": 0}, "arm.2 does not exist", "use one of: arm.left, arm.1"),
-    ({"arm.1.section.1.length": 1}, "arm.1.section.1 does not exist", "index from 0 to 0"),
-    ({"arm.left.section.tp.length": 1}, "arm.left.section.tp does not exist", "left.section.tip"),
-    ({"arm.left.section.tip.lenght": 1}, "arm.left.section.tip.lenght is not a", "tip.length"),
-    ({"arm.1.tip.mass": 1}, "arm.1.tip.mass cannot be set", "give arm.1.tip as a whole"),
-    ({"arm.left.tip.mass": -1}, "arm.left.tip.mass is -1", "[kg]"),
-    ({"arm.left.tip.inertia": [1, 1, -1]}, "arm.left.tip.inertia is [1, 1, -1]", "[kg m²]"),
-    ({"arm.left.tip.inertia": [1, 1, 3]}, "arm.left.tip.inertia is [1, 1, 3]", "no rigid body"),
-    ({"arm.left.attitude": [0, 0, 0, 2]}, "arm.left.attitude is [0, 0, 0, 2]", "norm 1"),
-    ({"arm.left.section": []}, "arm.left.section is []", "1 to 8 sections"),
-    ({"arm.left.section": [SECTION] * 9}, "arm.left.section is [", "1 to 8 sections (it has 9)"),
-    ({"arm.left.section": 3}, "arm.left.section is 3", "[[arm.section]]"),
-    ({"arm.left.section": [3]}, "arm.left.section.0 is 3", "table of fields"),
-    ({"arm": [{"section": [SECTION]}] * 9}, "arm is ", "1 to 8 arms (it has 9)"),
-    ({"arm": [{}]}, "arm.0.section is missing", "[[arm.section]]"),
-    ({"arm": [3]}, "arm.0 is 3", "table of fields"),
-    ({"arm.1.name": "left"}, "arm.1.name is 'left', as is that of arm 0", "unique name"),
-    ({"arm.left.section.1.name": "base"}, "arm.left.section.1.name is 'base'", "of section 0"),
-    ({"arm.1.name": "0"}, "arm.1.name is '0'", "index of another arm"),
-    ({"arm.1.name": "7"}, "arm.1.name is '7'", "give it a letter"),
-    ({"arm.1.name": "a.b"}, "arm.1.name is 'a.b'", "one word of letters, digits, _ and -"),
-    ({"arm.1.name": "a b"}, "arm.1.name is 'a b'", "one word"),
-    ({"arm.1.name": 3}, "arm.1.name is 3", "text"),
-    ({"camera.arm": "right"}, "camera.arm is 'right'", "use one of: left, 1"),
-    ({"camera.arm": 1}, "camera.arm is 1", "must be text"),
-    ({"uav.mount": [0, 0, 1]}, "uav.mount is (0.0, 0.0, 1.0)", "the mount in each [[arm]]"),
-    ({"uav.mount.2": [0.0, 1.0]}, "uav.mount is [[0.0", "the mount in each [[arm]]"),
-    ({"arm.1.section.0.radius": None, "arm.1.section.0.density": 1.0}, "arm.1.section.0.radius is "
-     "missing, which density needs", "mass_per_length in place of density"),
-    ({"arm.left.section.0.disks": {"count": 0, "mass": 1}}, "base.disks.count is 0", "number"),
-    ({"arm.left.section.0.disks": {"count": 2000, "mass": 1}}, "count is 2000", "most 1,000"),
-    ({"arm.left.section.0.disks": {"count": 2, "mas": 1}}, "base.disks.mas = 1", "use mass"),
-    ({"arm.left.section.base.disks.0.position": 0.5}, "arm.left.section.base.disks.0.position is "
-     "0.5, beyond the section's end", "the section's length 0.3 [m]"),
+UNUSABLE: list[tuple[dict[str, Any], str]] = [
+    ({"arm.left.section.tip.length": -1}, "arm.left.section.tip.length"),
+    ({"arm.0.section.1.length": [1, -1]}, "arm.left.section.tip.length"),
+    ({"arm.lefd.mount": 0}, "arm.lefd"),
+    ({"arm.2.mount": 0}, "arm.2"),
+    ({"arm.1.section.1.length": 1}, "arm.1.section.1"),
+    ({"arm.left.section.tp.length": 1}, "arm.left.section.tp"),
+    ({"arm.left.section.tip.lenght": 1}, "arm.left.section.tip.lenght"),
+    ({"arm.1.tip.mass": 1}, "arm.1.tip.mass"),
+    ({"arm.left.tip.mass": -1}, "arm.left.tip.mass"),
+    ({"arm.left.tip.inertia": [1, 1, -1]}, "arm.left.tip.inertia"),
+    ({"arm.left.tip.inertia": [1, 1, 3]}, "arm.left.tip.inertia"),
+    ({"arm.left.attitude": [0, 0, 0, 2]}, "arm.left.attitude"),
+    ({"arm.left.section": []}, "arm.left.section"),
+    ({"arm.left.section": [SECTION] * 9}, "arm.left.section"),
+    ({"arm.left.section": 3}, "arm.left.section"),
+    ({"arm.left.section": [3]}, "arm.left.section.0"),
+    ({"arm": [{"section": [SECTION]}] * 9}, "arm"),
+    ({"arm": [{}]}, "arm.0.section"),
+    ({"arm": [3]}, "arm.0"),
+    ({"arm.1.name": "left"}, "arm.1.name"),
+    ({"arm.left.section.1.name": "base"}, "arm.left.section.1.name"),
+    ({"arm.1.name": "0"}, "arm.1.name"),
+    ({"arm.1.name": "7"}, "arm.1.name"),
+    ({"arm.1.name": "a.b"}, "arm.1.name"),
+    ({"arm.1.name": "a b"}, "arm.1.name"),
+    ({"arm.1.name": 3}, "arm.1.name"),
+    ({"camera.arm": "right"}, "camera.arm"),
+    ({"camera.arm": 1}, "camera.arm"),
+    ({"uav.mount": [0, 0, 1]}, "uav.mount"),
+    ({"uav.mount.2": [0.0, 1.0]}, "uav.mount"),
+    ({"arm.1.section.0.radius": None, "arm.1.section.0.density": 1.0}, "arm.1.section.0.radius"),
+    ({"arm.left.section.0.disks": {"count": 0, "mass": 1}}, "arm.left.section.base.disks.count"),
+    ({"arm.left.section.0.disks": {"count": 2000, "mass": 1}}, "arm.left.section.base.disks.count"),
+    ({"arm.left.section.0.disks": {"count": 2, "mas": 1}}, "arm.left.section.base.disks.mas"),
+    ({"arm.left.section.base.disks.0.position": 0.5}, "arm.left.section.base.disks.0.position"),
     ({"arm.left.section.tip.bending_stiffness": 1e308, "arm.left.section.tip.mass_per_length":
-      1e-300}, "arm.left.section.tip.length is 0.25, which with", "SI units"),
+      1e-300}, "arm.left.section.tip.length"),
     ({"arm.left.section.tip.length": 0.3, "arm.0.section.1.length": 0.2},
-     "arm.0.section.1.length overwrites arm.left.section.tip.length", "give one of them"),
+     "arm.0.section.1.length"),
     ({"arm.left.tip.mass": 0.1, "arm.left.tip": {"mass": 0.2}},
-     "arm.left.tip overwrites arm.left.tip.mass", "the whole before its part"),
+     "arm.left.tip"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("changes", "start", "remedy"), UNUSABLE, ids=lambda value: str(value)[:50]
-)
+@pytest.mark.parametrize(("changes", "field"), UNUSABLE, ids=lambda value: str(value)[:50])
 def test_unusable_value_is_refused_in_one_sentence_with_field_value_and_remedy(
-    changes: dict[str, Any], start: str, remedy: str
+    changes: dict[str, Any], field: str
 ) -> None:
-    with pytest.raises(InputError) as caught:
+    with refused(field):
         VEHICLE.replace(changes)
-    text = str(caught.value)
-    assert start in text
-    assert remedy in text
-    assert_one_plain_sentence(text)
 
 
 PAIRS = [
-    ({"bending_stiffness": 2.0, "youngs_modulus": 3.0}, "arm.bending_stiffness is 2.0 while "
-     "youngs_modulus is 3.0; keep one"),
-    ({"mass_per_length": 2.0, "density": 3.0}, "arm.mass_per_length is 2.0 while density is 3.0"),
-    ({"youngs_modulus": None}, "arm.youngs_modulus is missing; give it, or bending_stiffness in"),
-    ({"density": None}, "arm.density is missing; give it, or mass_per_length in its place"),
-    ({"radius": None}, "arm.radius is missing, which youngs_modulus needs"),
+    ({"bending_stiffness": 2.0, "youngs_modulus": 3.0}, "arm.bending_stiffness"),
+    ({"mass_per_length": 2.0, "density": 3.0}, "arm.mass_per_length"),
+    ({"youngs_modulus": None}, "arm.youngs_modulus"),
+    ({"density": None}, "arm.density"),
+    ({"radius": None}, "arm.radius"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("changes", "problem"), PAIRS)
-def test_a_section_has_one_of_each_pair(changes: dict[str, Any], problem: str) -> None:
-    with pytest.raises(InputError) as caught:
+@pytest.mark.parametrize(("changes", "field"), PAIRS)
+def test_a_section_has_one_of_each_pair(changes: dict[str, Any], field: str) -> None:
+    with refused(field):
         PAPER.replace({f"arm.{name}": value for name, value in changes.items()})
-    assert str(caught.value).startswith(problem)
-    assert_one_plain_sentence(str(caught.value))
 
 
 FILES: list[tuple[Callable[[str], str], str]] = [

@@ -15,7 +15,6 @@ from amiri2026 import open_loop_test
 from continuair.analysis import adjoint
 from continuair.analysis.adjoint import OF_STATE, OF_TIPS
 from tests.refusals import refused
-from tests.test_errors import assert_one_plain_sentence
 from tests.test_hard_flights import released
 
 LIGHT = released(0.0)[0]
@@ -56,49 +55,47 @@ def test_the_flight_is_the_simulated_one_at_the_same_step(angle: float) -> None:
 
 FALL = open_loop_test("B").replace(duration=0.01)
 REFUSED: dict[str, tuple[ca.Vehicle, ca.Scenario, Told, dict[str, Any], str]] = {
-    "batch": (PAPER.replace({"uav.mass": [1.0, 2.0]}), FALL, last_tip, {}, "vehicle 'paper' holds"),
-    "starts": (PAPER, FALL.replace(q=np.zeros((2, 8))), last_tip, {}, "scenario 'Test B' is a"),
-    "tau": (PAPER, FALL.replace(tau=np.zeros(8)), last_tip, {}, "scenario.tau acts"),
+    "batch": (PAPER.replace({"uav.mass": [1.0, 2.0]}), FALL, last_tip, {}, "vehicle"),
+    "starts": (PAPER, FALL.replace(q=np.zeros((2, 8))), last_tip, {}, "scenario"),
+    "tau": (PAPER, FALL.replace(tau=np.zeros(8)), last_tip, {}, "scenario.tau"),
     "loop": (
         PAPER, FALL.replace(controller=ca.hold(PAPER, [0.0, 0.0, 0.0])), last_tip, {},
-        "scenario.controller is hold",
+        "scenario.controller",
     ),
-    "model": (PAPER, FALL, last_tip, {"model": "stiff"}, "model is 'stiff'"),
-    "field": (PAPER, FALL, last_tip, {"fields": ["arm.lenght"]}, "arm.lenght is not a known field"),
-    "text": (PAPER, FALL, last_tip, {"fields": "name"}, "fields holds name, which is 'paper'"),
+    "model": (PAPER, FALL, last_tip, {"model": "stiff"}, "model"),
+    "field": (PAPER, FALL, last_tip, {"fields": ["arm.lenght"]}, "arm.lenght"),
+    "text": (PAPER, FALL, last_tip, {"fields": "name"}, "fields"),
     "absent": (
         PAPER, FALL, last_tip, {"fields": ["arm.bending_stiffness"]},
-        "fields holds arm.bending_stiffness, which is None",
+        "fields",
     ),
-    "no names": (PAPER, FALL, last_tip, {"fields": 3}, "fields is 3"),
-    "vector": (PAPER, FALL, lambda flight: (np.ones(3), {}), {}, "the value of cost is [1.0, 1.0"),
+    "no names": (PAPER, FALL, last_tip, {"fields": 3}, "fields"),
+    "vector": (PAPER, FALL, lambda flight: (np.ones(3), {}), {}, "the value of cost"),
     "half a pair": (
         PAPER, FALL, last_tip, {"fields": ["uav.inertia.0.1"]},
-        "fields holds uav.inertia.0.1, which",
+        "fields",
     ),
-    "value alone": (PAPER, FALL, lambda flight: 1.0, {}, "cost returns 1.0"),
-    "no number": (PAPER, FALL, lambda flight: (np.nan, {}), {}, "the value of cost is nan"),
+    "value alone": (PAPER, FALL, lambda flight: 1.0, {}, "cost"),
+    "no number": (PAPER, FALL, lambda flight: (np.nan, {}), {}, "the value of cost"),
     "unknown": (
-        PAPER, FALL, lambda flight: (1.0, {"tip": 0.0}), {}, "cost returns a derivative of 'tip'",
+        PAPER, FALL, lambda flight: (1.0, {"tip": 0.0}), {}, "cost",
     ),
     "shape": (
         PAPER, FALL, lambda flight: (1.0, {"bend": np.zeros(2)}), {},
-        "cost returns [0.0, 0.0] as the derivative of bend",
+        "cost",
     ),
     "full circle": (
         PAPER, FALL.replace(bend_moment=[500.0, 0.0], duration=0.02), last_tip, {},
-        "the flight stops early: bent beyond a full circle",
+        "duration",
     ),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_has_no_gradient_is_refused_in_a_sentence(case: str) -> None:
-    vehicle, flight, told, options, start = REFUSED[case]
-    with pytest.raises(ca.InputError) as caught:
+    vehicle, flight, told, options, field = REFUSED[case]
+    with refused(field):
         ca.gradient(vehicle, flight, told, **options)
-    assert str(caught.value).startswith(start)
-    assert_one_plain_sentence(str(caught.value))
 
 
 @pytest.mark.parametrize("times", [[0.0, 1.234e-3], [0.005, 0.0], [], "start"])

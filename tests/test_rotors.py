@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 import continuair as ca
-from continuair.errors import InputError
 from continuair.vehicle.allocation import LayoutName, pseudo_inverse
 from continuair.vehicle.rotors import AIR_DENSITY, Rotors
 from continuair.vehicle.vehicle_file import as_toml
 from tests.refusals import refused
-from tests.test_errors import assert_one_plain_sentence
 
 SLENDER = ca.load_vehicle("slender")
 GIVEN: dict[str, Any] = {
@@ -208,38 +206,32 @@ def test_fields_of_rotors_vary_over_the_runs_of_a_batch() -> None:
 
 QUAD = {"layout": "quad_x", **GIVEN}
 LINE = [{"position": [x, 0.0, 0.0], "spin": 1 if x > 0 else -1} for x in (-2, -1, 1, 2)]
-UNUSABLE: list[tuple[dict[str, Any], str, str]] = [
-    ({**QUAD, "layout": "quad_y"}, "uav.rotors.layout is 'quad_y', but must be 'quad_x'", "layout"),
-    ({**QUAD, "lever": None}, "uav.rotors.lever is missing", "distance of the rotors"),
-    ({**QUAD, "lever": 0.0}, "uav.rotors.lever is 0.0", "[m]"),
-    ({**QUAD, "tilt": 0.1}, "uav.rotors.tilt is 0.1, but the layout is quad_x", "hex_tilted"),
-    ({**QUAD, "layout": "hex_tilted"}, "uav.rotors.tilt is 0, but", "tilt other than 0"),
-    ({**QUAD, "thrust_limits": [9.0, 9.0]}, "uav.rotors.thrust_limits is [9.0, 9.0]", "[N]"),
-    ({**QUAD, "thrust_limits": [-1.0, 9.0]}, "uav.rotors.thrust_limits is [-1.0, 9.0]", "[N]"),
-    ({**QUAD, "lag": -1.0}, "uav.rotors.lag is -1.0", "[s]"),
-    ({**QUAD, "torque_per_thrust": 0.0}, "uav.rotors.torque_per_thrust is 0", "both spins"),
-    ({**QUAD, "rotor": LINE}, "uav.rotors.layout and rotor are both given", "one of the two"),
-    (GIVEN, "uav.rotors.layout and rotor are both missing", "one of the two"),
-    ({**LIST, "lever": 0.2}, "uav.rotors.lever is 0.2, but belongs to a layout", "leave it out"),
-    ({**LIST, "rotor": LINE}, "uav.rotors.torque_per_thrust is 0.02", "not in line"),
-    ({**LIST, "rotor": LIST["rotor"][:3]}, "uav.rotors.torque_per_thrust is 0.02", "4 or more"),
-    ({**LIST, "rotor": []}, "uav.rotors.rotor is []", "1 to 16 rotors"),
-    ({**LIST, "rotor": [{"position": [1, 0, 0]}]}, "uav.rotors.rotor.0.spin is missing", "1 for"),
-    ({**LIST, "rotor": [{"position": [1, 0, 0], "spin": 2}]}, "uav.rotors.rotor.0.spin is 2", "-1"),
-    ({**QUAD, "thrust_limits": [0.0, 5.0]}, "uav.rotors.thrust_limits is (0.0, 5.0): 4 "
-     "rotors lift 20 N, but the vehicle weighs 21.13 N", "increase the thrust"),
+UNUSABLE: list[tuple[dict[str, Any], str]] = [
+    ({**QUAD, "layout": "quad_y"}, "uav.rotors.layout"),
+    ({**QUAD, "lever": None}, "uav.rotors.lever"),
+    ({**QUAD, "lever": 0.0}, "uav.rotors.lever"),
+    ({**QUAD, "tilt": 0.1}, "uav.rotors.tilt"),
+    ({**QUAD, "layout": "hex_tilted"}, "uav.rotors.tilt"),
+    ({**QUAD, "thrust_limits": [9.0, 9.0]}, "uav.rotors.thrust_limits"),
+    ({**QUAD, "thrust_limits": [-1.0, 9.0]}, "uav.rotors.thrust_limits"),
+    ({**QUAD, "lag": -1.0}, "uav.rotors.lag"),
+    ({**QUAD, "torque_per_thrust": 0.0}, "uav.rotors.torque_per_thrust"),
+    ({**QUAD, "rotor": LINE}, "uav.rotors.layout"),
+    (GIVEN, "uav.rotors.layout"),
+    ({**LIST, "lever": 0.2}, "uav.rotors.lever"),
+    ({**LIST, "rotor": LINE}, "uav.rotors.torque_per_thrust"),
+    ({**LIST, "rotor": LIST["rotor"][:3]}, "uav.rotors.torque_per_thrust"),
+    ({**LIST, "rotor": []}, "uav.rotors.rotor"),
+    ({**LIST, "rotor": [{"position": [1, 0, 0]}]}, "uav.rotors.rotor.0.spin"),
+    ({**LIST, "rotor": [{"position": [1, 0, 0], "spin": 2}]}, "uav.rotors.rotor.0.spin"),
+    ({**QUAD, "thrust_limits": [0.0, 5.0]}, "uav.rotors.thrust_limits"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("given", "start", "remedy"), UNUSABLE, ids=lambda value: str(value)[:40])
-def test_unusable_rotors_are_refused_in_one_sentence(
-    given: dict[str, Any], start: str, remedy: str
-) -> None:
-    with pytest.raises(InputError) as caught:
+@pytest.mark.parametrize(("given", "field"), UNUSABLE, ids=lambda value: str(value)[:40])
+def test_unusable_rotors_are_refused_in_one_sentence(given: dict[str, Any], field: str) -> None:
+    with refused(field):
         with_rotors(**given)
-    text = str(caught.value)
-    assert text.startswith(start) and remedy in text
-    assert_one_plain_sentence(text)
 
 
 def test_the_run_of_a_batch_that_rotors_cannot_lift_is_named() -> None:
@@ -249,10 +241,8 @@ def test_the_run_of_a_batch_that_rotors_cannot_lift_is_named() -> None:
 
 
 def test_unusable_drag_is_refused_in_one_sentence() -> None:
-    with pytest.raises(InputError) as caught:
+    with refused("uav.drag.linear"):
         SLENDER.replace({"uav.drag": {"linear": [0.1, 0.1, -0.1]}})
-    assert str(caught.value).startswith("uav.drag.linear is [0.1, 0.1, -0.1]")
-    assert_one_plain_sentence(str(caught.value))
 
 
 @pytest.mark.parametrize("lean", [1e-7, 1e-3, 0.05])

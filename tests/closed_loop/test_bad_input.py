@@ -10,7 +10,6 @@ import xarray as xr
 import continuair as ca
 from tests.closed_loop import flights, probes
 from tests.refusals import refused
-from tests.test_errors import assert_one_plain_sentence
 
 SERVOING = flights.designed(2.0)
 WITH_NOISE = flights.VEHICLE.replace({"camera.noise": 0.5})
@@ -37,68 +36,58 @@ def still(x: float, z: float = 0.0) -> ca.Target:
 INDEFINITE = np.diag([1.0, 1, 1, 1, 1, 1, 1, -0.25])
 SKEWED = np.eye(8) + np.eye(8, k=1)
 TRIANGLE = ca.square()[:3]
-REFUSED: dict[str, tuple[Any, str, str]] = {
+REFUSED: dict[str, tuple[Any, str]] = {
     "behind": (
         lambda: fly(target=still(0.0, z=3.0)),
-        "target has point 0 behind the camera at the start (depth -0.8",
-        "facing the target",
+        "target",
     ),
     "out of view": (
         lambda: fly(target=still(1.6)),
-        "target has point 0 out of view at the start, at pixel (",
-        "of an image of 1000 by 1000; start",
+        "target",
     ),
     "out of view in a batch": (
         lambda: fly(target=[still(0.0), still(-0.8)]),
-        "target has point 1 of run 1 out of view",
-        "start closer",
+        "target",
     ),
-    "eigenvalue": (lambda: gains(Kp=INDEFINITE), "Kp has the eigenvalue -0.25", "positive"),
-    "zero": (lambda: gains(Kd=0.0), "Kd has the eigenvalue 0;", "positive definite"),
-    "asymmetric": (lambda: gains(Cd=SKEWED), "Cd is not symmetric", "positive definite"),
-    "gain shape": (lambda: gains(Kp=[1.0] * 6), "Kp is [1.0, 1.0", "8 of them"),
-    "gain nan": (lambda: gains(Kp=np.nan), "Kp is nan", "finite"),
-    "gain text": (lambda: gains(Kp="high"), "Kp is 'high'", "finite"),
-    "sigma": (lambda: gains(sigma=0.0), "sigma is 0.0", "above 0"),
-    "points": (lambda: gains(points=2), "points is 2", "from 3 to 100"),
-    "damping": (lambda: gains(damping="image"), "damping is 'image'", "camera, feature"),
-    "posture": (lambda: gains(posture_damping=-1), "posture_damping is -1", "of at least 0"),
+    "eigenvalue": (lambda: gains(Kp=INDEFINITE), "Kp"),
+    "zero": (lambda: gains(Kd=0.0), "Kd"),
+    "asymmetric": (lambda: gains(Cd=SKEWED), "Cd"),
+    "gain shape": (lambda: gains(Kp=[1.0] * 6), "Kp"),
+    "gain nan": (lambda: gains(Kp=np.nan), "Kp"),
+    "gain text": (lambda: gains(Kp="high"), "Kp"),
+    "sigma": (lambda: gains(sigma=0.0), "sigma"),
+    "points": (lambda: gains(points=2), "points"),
+    "damping": (lambda: gains(damping="image"), "damping"),
+    "posture": (lambda: gains(posture_damping=-1), "posture_damping"),
     "gains for other points": (
         lambda: fly(gains(points=3)),
-        "Kp of the controller DPD-SM-IBVS has shape (6, 6), but 4 feature points call for (8, 8)",
-        "target's points",
+        "Kp",
     ),
     "gain left out": (
         lambda: fly(ca.Controller("mine", probes._weight_law, {"weight": 1.0}, looks=False)),
-        "spring is missing from the gains of the controller mine",
-        "give weight, spring",
+        "spring",
     ),
     "gain too many": (
         lambda: fly(ca.Controller("mine", probes._recording_law, {"idle": 1.0, "x": 2.0})),
-        "x is not a field of the law but in the gains",
-        "give idle",
+        "x",
     ),
     "gain not finite": (
         lambda: fly(ca.Controller("mine", probes._recording_law, {"idle": np.inf})),
-        "idle of the controller mine is inf",
-        "finite",
+        "idle",
     ),
-    "law": (lambda: ca.Controller("mine", 3, {}), "law is 3", "device code"),  # type: ignore[arg-type]
+    "law": (lambda: ca.Controller("mine", 3, {}), "law"),  # type: ignore[arg-type]
     "stack of one that looks and one that does not": (
         lambda: ca.stack([replace(SERVOING, looks=looks) for looks in (True, False)]),
-        "controllers have looks True and False",
-        "give all of them the same",
+        "controllers",
     ),
     "law without a law": (
         lambda: fly(ca.Controller("mine", lambda code: code, {}, looks=False)),  # type: ignore
-        "law returns no Gains",
-        "a Warp struct, and control",
+        "law",
     ),
     **{
         f"number that loses digits, {kind}": (
             lambda kind=kind: fly(rounding(kind)),
-            f"law has the number {number} in its function {kind}",
-            "number = code.Real(",
+            "law",
         )
         for kind, number in (
             ("written", "0.3"),
@@ -114,8 +103,7 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     **{
         f"quotient of whole numbers, {kind}": (
             lambda kind=kind: fly(rounding(kind)),
-            "law divides whole numbers in its function",
-            f"({line})",
+            "law",
         )
         for kind, line in (
             ("whole", "return Real(1 / 10) * push"),
@@ -128,41 +116,34 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
     },
     "static expression in a loop": (
         lambda: fly(rounding("looped")),
-        "law has a wp.static in its function looped",
-        "make them gains",
+        "law",
     ),
     "default of a law's function": (
         lambda: fly(rounding("scaled")),
-        "law has the default fraction of an argument in its function scaled",
-        "give it where the function is called",
+        "law",
     ),
     "camera without a target": (
         lambda: fly(probes.braking(5.0), target=None),
-        "target is None, but the law reads camera_push in its function control",
-        "give one",
+        "target",
     ),
     "law that looks under a controller that does not": (
         lambda: fly(replace(ca.twist_servoing(flights.VEHICLE), looks=False), target=still(0.0)),
-        "looks is False in the controller IBVS by twists, but True in its law",
-        "give looks=True",
+        "looks",
     ),
     **{
         f"digits of a vector, {kind}": (
             lambda kind=kind: fly(rounding(kind)),
-            f"law has {name} in its function {kind}",
-            "or make it a gain",
+            "law",
         )
         for kind, name in (("vector", "goal"), ("static", "code.vec3(TENTH, 0.0, 0.0)"))
     },
     "latency of a law that acts at once": (
         lambda: ca.Controller("mine", probes._weight_law, {}, latency=0.02),
-        "latency is 0.02, but the controller mine is not guided",
-        "give 0",
+        "latency",
     ),
     "guided without a period": (
         lambda: ca.Controller("mine", probes._weight_law, {}, guided=True),
-        "period is None, but the controller mine is guided",
-        "give seconds",
+        "period",
     ),
     "guided without a memory": (
         lambda: fly(
@@ -175,190 +156,154 @@ REFUSED: dict[str, tuple[Any, str, str]] = {
                 period=1e-3,
             )
         ),
-        "guided is True in the controller mine, but its law has no Memory",
-        "guided=False",
+        "guided",
     ),
     "integral of a law that does not look": (
         lambda: ca.Controller("mine", probes._weight_law, {}, looks=False, integral=0.5),
-        "integral is 0.5, but the controller mine sums up no error",
-        "give 0",
+        "integral",
     ),
     "gains": (
         lambda: ca.Controller("mine", probes._weight_law, [1.0]),  # type: ignore[arg-type]
-        "gains is [1.0]",
-        "by name",
+        "gains",
     ),
-    "stack of nothing": (lambda: ca.stack([]), "controllers is []", "one Controller per run"),
+    "stack of nothing": (lambda: ca.stack([]), "controllers"),
     "stack of a stack": (
         lambda: ca.stack([gains(), ca.stack([gains(), gains()])]),
-        "controllers holds DPD-SM-IBVS for 2 runs already",
-        "each of one run",
+        "controllers",
     ),
     "stack of laws": (
         lambda: ca.stack([SERVOING, ca.classic(flights.VEHICLE)]),
-        "controllers holds the laws DPD-SM-IBVS and classic IBVS",
-        "one law",
+        "controllers",
     ),
     "stack of sizes": (
         lambda: ca.stack([gains(), gains(points=3)]),
-        "controllers holds gains Kp of shapes (8, 8) and (6, 6)",
-        "as many points",
+        "controllers",
     ),
     "period no multiple": (
         lambda: fly(method="RK4", step=3e-4),
-        "control_period is 0.001 s, which is not a multiple of the step, 0.0003 s",
-        "step='auto'",
+        "control_period",
     ),
     "period below the step": (
         lambda: fly(method="RK4", step=1e-3, control_period=5e-4),
-        "control_period is 0.0005 s, which is not a multiple of the step, 0.001 s",
-        "step='auto'",
+        "control_period",
     ),
-    "period 0": (lambda: fly(control_period=0), "control_period is 0;", "above 0 [s], or None"),
-    "period < 0": (lambda: fly(control_period=-1e-3), "control_period is -0.001", "above 0"),
-    "period nan": (lambda: fly(control_period=np.nan), "control_period is nan", "above 0"),
-    "period text": (lambda: fly(control_period="1ms"), "control_period is '1ms'", "above 0"),
+    "period 0": (lambda: fly(control_period=0), "control_period"),
+    "period < 0": (lambda: fly(control_period=-1e-3), "control_period"),
+    "period nan": (lambda: fly(control_period=np.nan), "control_period"),
+    "period text": (lambda: fly(control_period="1ms"), "control_period"),
     "noise at every stage": (
         lambda: fly(vehicle=WITH_NOISE, control_period=None),
-        "control_period is None, but camera.noise is 0.5",
-        "needs updates at a period",
+        "control_period",
     ),
     "noise": (
         lambda: flights.VEHICLE.replace({"camera.noise": -0.5}),
-        "camera.noise is -0.5",
-        "standard deviation",
+        "camera.noise",
     ),
     "frame rate": (
         lambda: flights.VEHICLE.replace({"camera.frame_rate": np.inf}),
-        "camera.frame_rate is inf",
-        "frames per second",
+        "camera.frame_rate",
     ),
     "latency": (
         lambda: flights.VEHICLE.replace({"camera.latency": "slow"}),
-        "camera.latency is 'slow'",
-        "exposure",
+        "camera.latency",
     ),
     "latency over runs": (
         lambda: fly(vehicle=flights.VEHICLE.replace({"camera.latency": [0.0, 0.01]})),
-        "camera.latency is [0.0, 0.01] over the runs",
-        "one value for all",
+        "camera.latency",
     ),
-    "no target": (lambda: fly(target=None), "target is None", "continuair.Target"),
-    "not a target": (lambda: fly(target=3), "target is 3", "continuair.Target"),
-    "empty list of targets": (lambda: fly(target=[]), "target is []", "continuair.Target"),
+    "no target": (lambda: fly(target=None), "target"),
+    "not a target": (lambda: fly(target=3), "target"),
+    "empty list of targets": (lambda: fly(target=[]), "target"),
     "target has targets of different points": (
         lambda: fly(target=[flights.STILL, ca.Target(ca.paths.hold(), TRIANGLE)]),
-        "target has targets of 4 and 3 points",
-        "the same points",
+        "target",
     ),
     "targets of moved points": (
         lambda: fly(target=[flights.STILL, ca.Target(ca.paths.hold(), 0.9 * ca.square())]),
-        "target has targets of different points",
-        "the same points",
+        "target",
     ),
     "too few targets": (
         lambda: fly(q=np.tile(flights.start(), (3, 1)), target=[flights.STILL] * 2),
-        "scenario.target has 2 runs, but the batch has 3",
-        "one row per run",
+        "scenario.target",
     ),
     "too few controllers": (
         lambda: fly(ca.stack([SERVOING] * 2), q=np.tile(flights.start(), (3, 1))),
-        "scenario.controller has 2 runs, but the batch has 3",
-        "one row per run",
+        "scenario.controller",
     ),
     "target field": (
         lambda: ca.Target(ca.paths.hold(), distnce=1.0),  # type: ignore[call-arg]
-        "distnce is not a field of a target",
-        "use distance",
+        "distnce",
     ),
-    "target path": (lambda: ca.Target("M"), "path is 'M'", "paths.letter"),  # type: ignore[arg-type]
+    "target path": (lambda: ca.Target("M"), "path"),  # type: ignore[arg-type]
     "target points": (
         lambda: ca.Target(ca.paths.hold(), [[0, 0, 0]]),
-        "points is [[0, 0, 0]]",
-        "at least 3",
+        "points",
     ),
     "target distance": (
         lambda: ca.Target(ca.paths.hold(), distance=-1.0),
-        "distance is -1.0",
-        "in front of the camera",
+        "distance",
     ),
     "target distance flag": (
         lambda: ca.Target(ca.paths.hold(), distance=True),
-        "distance is True",
-        "in front of the camera",
+        "distance",
     ),
-    "not a controller": (lambda: fly("hold"), "controller is 'hold'", "continuair.controllers"),
-    "DOP853": (lambda: fly(method="DOP853"), "method is 'DOP853'", "Tsit5"),
-    "bandwidth": (lambda: ca.design(flights.VEHICLE, 0.0), "bandwidth is 0.0", "above 0"),
+    "not a controller": (lambda: fly("hold"), "controller"),
+    "DOP853": (lambda: fly(method="DOP853"), "method"),
+    "bandwidth": (lambda: ca.design(flights.VEHICLE, 0.0), "bandwidth"),
     "distance of design": (
         lambda: ca.design(flights.VEHICLE, 1.0, distance=-2.0),
-        "distance is -2.0",
-        "above 0",
+        "distance",
     ),
     "distances of no points": (
         lambda: ca.design(flights.VEHICLE, 1.0, distance=[2.0, 2.1, 2.0, 2.0]),
-        "distance is [2.0, 2.1, 2.0, 2.0], of points whose image is not given",
-        "give desired",
+        "distance",
     ),
     "distances of other points": (
         lambda: ca.design(flights.VEHICLE, 1.0, desired=[1, 1, -1, 1, -1, -1], distance=[2.0, 2.1]),
-        "distance is [2.0, 2.1], 2 numbers, but desired has 3 points",
-        "one for each",
+        "distance",
     ),
     "desired": (
         lambda: ca.design(flights.VEHICLE, 1.0, desired=[0.1, 0.2, 0.3]),
-        "desired is [0.1, 0.2, 0.3]",
-        "x and y of each point",
+        "desired",
     ),
     "points on a line": (
         lambda: ca.design(flights.VEHICLE, 1.0, desired=[-0.1, 0, 0.0, 0, 0.1, 0, 0.2, 0]),
-        "desired is [-0.1, 0, 0.0, 0, 0.1, 0, ...], which does not determine the camera's pose",
-        "not on a line",
+        "desired",
     ),
     "design of a batch": (
         lambda: ca.design(BATCH, 1.0),
-        "vehicle 'paper' holds 2 runs",
-        "vehicle.select",
+        "vehicle",
     ),
     "hold of a batch": (
         lambda: ca.hold(BATCH, [0, 0, 3]),
-        "vehicle 'paper' holds 2 runs",
-        "vehicle.select",
+        "vehicle",
     ),
     "classic of a batch": (
         lambda: ca.classic(BATCH),
-        "vehicle 'paper' holds 2 runs",
-        "vehicle.select",
+        "vehicle",
     ),
     "classic of nothing": (
         lambda: ca.classic("paper"),  # type: ignore[arg-type]
-        "vehicle is 'paper'",
-        "load_vehicle",
+        "vehicle",
     ),
-    "hold position": (lambda: ca.hold(flights.VEHICLE, [0, 1]), "position is [0, 1]", "3 finite"),
+    "hold position": (lambda: ca.hold(flights.VEHICLE, [0, 1]), "position"),
     "hold attitude": (
         lambda: ca.hold(flights.VEHICLE, [0, 0, 3], [0, 0, 0, 0]),
-        "attitude is [0, 0, 0, 0]",
-        "unit quaternion",
+        "attitude",
     ),
     "hold rate": (
         lambda: ca.hold(flights.VEHICLE, [0, 0, 3], bend_rate=-1.0),
-        "bend_rate is -1.0",
-        "of at least 0",
+        "bend_rate",
     ),
-    "seed": (lambda: fly(seed=-1), "seed is -1", "whole number"),
+    "seed": (lambda: fly(seed=-1), "seed"),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_flown_is_refused_in_one_sentence(case: str) -> None:
-    act, start, remedy = REFUSED[case]
-    with pytest.raises(ca.InputError) as caught:
+    act, field = REFUSED[case]
+    with refused(field):
         act()
-    text = str(caught.value)
-    assert text.startswith(start)
-    assert remedy in text
-    assert_one_plain_sentence(text)
 
 
 def test_a_target_beyond_view_is_no_trouble_for_a_controller_that_does_not_look() -> None:

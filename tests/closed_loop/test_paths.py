@@ -10,7 +10,6 @@ from continuair.scenario import paths
 from continuair.scenario.paths import Path
 from tests.closed_loop.flights import VEHICLE, designed, scenario
 from tests.refusals import refused
-from tests.test_errors import assert_one_plain_sentence
 
 ZIGZAG = [[0.0, 0.0, 0.0], [0.5, 0.2, 0.1], [0.3, 0.6, 0.1], [0.9, 0.6, -0.2]]
 PATHS: dict[str, Path] = {
@@ -171,87 +170,73 @@ def eased(t: float) -> list[float]:
     return [10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5, 0.0, 1.0]
 
 
-REFUSED: dict[str, tuple[Any, str, str]] = {
-    "unknown letter": (lambda: paths.letter("Q"), "letter is 'Q'", "M, R, A, L"),
-    "two letters": (lambda: paths.letter("MR"), "letter is 'MR'", "paths.word"),
-    "no letter": (lambda: paths.letter(""), "letter is ''", "M, R, A, L"),
-    "letter number": (lambda: paths.letter(3), "letter is 3", "M, R, A, L"),  # type: ignore[arg-type]
-    "unknown in word": (lambda: paths.word("MARS"), "text is 'MARS'", "M, R, A, L"),
-    "height": (lambda: paths.letter("M", height=0.0), "height is 0.0", "above 0"),
-    "duration": (lambda: paths.letter("M", duration=-1.0), "duration is -1.0", "above 0"),
-    "duration nan": (lambda: paths.hold(duration=np.nan), "duration is nan", "above 0"),
+REFUSED: dict[str, tuple[Any, str]] = {
+    "unknown letter": (lambda: paths.letter("Q"), "letter"),
+    "two letters": (lambda: paths.letter("MR"), "letter"),
+    "no letter": (lambda: paths.letter(""), "letter"),
+    "letter number": (lambda: paths.letter(3), "letter"),  # type: ignore[arg-type]
+    "unknown in word": (lambda: paths.word("MARS"), "text"),
+    "height": (lambda: paths.letter("M", height=0.0), "height"),
+    "duration": (lambda: paths.letter("M", duration=-1.0), "duration"),
+    "duration nan": (lambda: paths.hold(duration=np.nan), "duration"),
     "duration text": (
         lambda: paths.circle(duration="long"),  # type: ignore[arg-type]
-        "duration is 'long'",
-        "above 0",
+        "duration",
     ),
-    "centre": (lambda: paths.letter("M", centre=[0, 0]), "centre is [0, 0]", "3 finite"),
+    "centre": (lambda: paths.letter("M", centre=[0, 0]), "centre"),
     "sharp corners": (
         lambda: paths.polyline(ZIGZAG, smoothing=0.0),
-        "smoothing is 0.0",
-        "above 0",
+        "smoothing",
     ),
-    "all smoothing": (lambda: paths.letter("M", smoothing=1.0), "smoothing is 1.0", "above 0"),
-    "one point": (lambda: paths.polyline([[0, 0]]), "points is [[0, 0]]", "2 or more"),
-    "ragged": (lambda: paths.polyline([[0, 0], [1]]), "points is [[0, 0], [1]]", "2 or 3 numbers"),
-    "repeated": (lambda: paths.line([1, 1, 1], [1, 1, 1]), "points repeats", "leave out"),
-    "radius": (lambda: paths.circle(radius=-0.1), "radius is -0.1", "above 0"),
-    "period": (lambda: paths.lissajous(period=0), "period is 0", "above 0"),
-    "amplitudes": (lambda: paths.lissajous(3.0), "amplitudes is 3.0", "2 finite"),
-    "position": (lambda: paths.hold("here"), "position is 'here'", "3 finite"),
+    "all smoothing": (lambda: paths.letter("M", smoothing=1.0), "smoothing"),
+    "one point": (lambda: paths.polyline([[0, 0]]), "points"),
+    "ragged": (lambda: paths.polyline([[0, 0], [1]]), "points"),
+    "repeated": (lambda: paths.line([1, 1, 1], [1, 1, 1]), "points"),
+    "radius": (lambda: paths.circle(radius=-0.1), "radius"),
+    "period": (lambda: paths.lissajous(period=0), "period"),
+    "amplitudes": (lambda: paths.lissajous(3.0), "amplitudes"),
+    "position": (lambda: paths.hold("here"), "position"),
     "corner": (
         lambda: paths.from_function(corner, 10.0),
-        "position has unbounded acceleration",
-        "round the path's corners",
+        "position",
     ),
     "jump": (
         lambda: paths.from_function(jump, 10.0),
-        "position has unbounded acceleration",
-        "round the path's corners",
+        "position",
     ),
     "steep": (
         lambda: paths.from_function(steep, 10.0),
-        "position has unbounded acceleration",
-        "round the path's corners",
+        "position",
     ),
     "single precision": (
         lambda: paths.from_function(lambda t: np.array([np.sin(t), 0.0, t], np.float32), 10.0),
-        "position is rounded too coarsely",
-        "compute it in double precision",
+        "position",
     ),
     "single precision and rest": (
         lambda: paths.from_function(lambda t: np.array(eased(t), np.float32), 10.0),
-        "position is rounded too coarsely",
-        "compute it in double precision",
+        "position",
     ),
     "masked times": (
         lambda: paths.circle()(np.ma.array([0.0, 1.0], mask=[False, True])),
-        "times is ",
-        "none of them masked",
+        "times",
     ),
-    "no function": (lambda: paths.from_function(3, 1.0), "position is 3", "function of the time"),  # type: ignore[arg-type]
+    "no function": (lambda: paths.from_function(3, 1.0), "position"),  # type: ignore[arg-type]
     "function of two": (
         lambda: paths.from_function(lambda t: [t, t], 1.0),
-        "position is [0.0, 0.0]",
-        "3 finite",
+        "position",
     ),
     "function that raises": (
         lambda: paths.from_function(lambda t: [1 / 0, 0, 0], 1.0),
-        "position cannot be evaluated at t = 0 (ZeroDivisionError: division by zero)",
-        "function of the time",
+        "position",
     ),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_an_unusable_path_is_refused_in_one_sentence(case: str) -> None:
-    act, start, remedy = REFUSED[case]
-    with pytest.raises(ca.InputError) as caught:
+    act, field = REFUSED[case]
+    with refused(field):
         act()
-    text = str(caught.value)
-    assert text.startswith(start)
-    assert remedy in text
-    assert_one_plain_sentence(text)
 
 
 def test_a_path_that_rests_after_its_motion_is_no_rounding() -> None:

@@ -59,65 +59,65 @@ def test_a_velocity_beside_a_moving_position_takes_the_lag_away() -> None:
 
 
 BAD: dict[str, tuple[Any, str]] = {
-    "position": (lambda: ca.Setpoints(position=[1.0, 2.0]), "position of the setpoints is"),
-    "yaw": (lambda: ca.Setpoints(yaw=np.nan), "yaw of the setpoints is"),
-    "odd bend": (lambda: ca.Setpoints(bend=[1.0]), "two per section"),
-    "times": (lambda: ca.Setpoints(times=[1.0, 0.0], yaw=[0.0, 0.0]), "rising"),
-    "times of functions": (lambda: ca.Setpoints(times=[0, 1], yaw=lambda t: t), "omit times"),
-    "times alone": (lambda: ca.Setpoints(times=[0.0, 1.0]), "omit times"),
-    "times of a constant": (lambda: ca.Setpoints(times=[0.0, 1.0], yaw=0.5), "each of 2 times"),
-    "misspelt": (lambda: ca.Setpoints(positon=[0, 0, 3]), "use position"),  # type: ignore[call-arg]
-    "too many": (lambda: ca.Setpoints(*range(7)), "cannot be made .*; give fields by name"),
-    "length": (lambda: ca.Setpoints(times=[0.0, 1.0], yaw=[0.0, 0.0, 0.0]), "each of 2 times"),
-    "turning": (lambda: ca.Setpoints(yaw_rate=0.5), "give the matching yaw"),
-    "raises": (lambda: ca.Setpoints(yaw=lambda t: 1 / t), "ZeroDivisionError"),
+    "position": (lambda: ca.Setpoints(position=[1.0, 2.0]), "position"),
+    "yaw": (lambda: ca.Setpoints(yaw=np.nan), "yaw"),
+    "odd bend": (lambda: ca.Setpoints(bend=[1.0]), "bend"),
+    "times": (lambda: ca.Setpoints(times=[1.0, 0.0], yaw=[0.0, 0.0]), "times"),
+    "times of functions": (lambda: ca.Setpoints(times=[0, 1], yaw=lambda t: t), "times"),
+    "times alone": (lambda: ca.Setpoints(times=[0.0, 1.0]), "times"),
+    "times of a constant": (lambda: ca.Setpoints(times=[0.0, 1.0], yaw=0.5), "yaw"),
+    "misspelt": (lambda: ca.Setpoints(positon=[0, 0, 3]), "positon"),  # type: ignore[call-arg]
+    "too many": (lambda: ca.Setpoints(*range(7)), "the setpoints"),
+    "length": (lambda: ca.Setpoints(times=[0.0, 1.0], yaw=[0.0, 0.0, 0.0]), "yaw"),
+    "turning": (lambda: ca.Setpoints(yaw_rate=0.5), "yaw_rate"),
+    "raises": (lambda: ca.Setpoints(yaw=lambda t: 1 / t), "yaw"),
     "sections": (
         lambda: fly(PAPER, ca.flight_controller(PAPER), setpoints=ca.Setpoints(bend=[0.0] * 4)),
-        "has 1 sections; give 2",
+        "bend",
     ),
     "another law": (
         lambda: fly(PAPER, ca.hold(PAPER, [0, 0, 3]), setpoints=ca.Setpoints(yaw=0.0)),
-        "hold, which follows no setpoints",
+        "controller",
     ),
     "a law that goes by its camera": (
         lambda: ca.Scenario(
             "both", HOME, controller=ca.twist_servoing(PAPER), duration=1.0,
             target=ca.Target(ca.paths.hold()), setpoints=ca.Setpoints(yaw=0.0),
         ),
-        "IBVS by twists, which follows no setpoints",
+        "controller",
     ),
     "bend that is left free": (
         lambda: fly(
             PAPER, ca.flight_controller(PAPER, bend_bandwidth=0.0),
             setpoints=ca.Setpoints(bend=[0.1, 0.0]),
         ),
-        "a bend, which the controller flight controller",
+        "setpoints",
     ),
     "bend of one section that is left free": (
         lambda: fly(
             TWO, ca.flight_controller(TWO, bend_bandwidth=[5.0, 0.0]), np.zeros(10),
             setpoints=ca.Setpoints(bend=lambda t: [0.1, 0.0, t, 0.0]),
         ),
-        "setpoints bend section 1, which the controller flight controller",
+        "setpoints",
     ),
     "kind": (
         lambda: fly(PAPER, ca.flight_controller(PAPER), setpoints=[0, 0, 3]),
-        r"give continuair\.Setpoints",
+        "setpoints",
     ),
     "runs": (
         lambda: fly(
             PAPER, ca.flight_controller(PAPER), np.tile(HOME, (3, 1)),
             setpoints=ca.Setpoints(yaw=[0.0, 1.0]),
         ),
-        "scenario.setpoints has 2 runs",
+        "scenario.setpoints",
     ),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", BAD)
 def test_a_set_point_that_cannot_be_followed_is_refused_in_one_sentence(name: str) -> None:
-    make, words = BAD[name]
-    with pytest.raises(ca.InputError, match=words):
+    make, field = BAD[name]
+    with refused(field):
         make()
 
 

@@ -169,35 +169,34 @@ def test_single_precision_follows_double() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("options", "field"),
     [
         ({"model": "couple"}, "model"),
         ({"step": -1.0}, "step"),
         ({"sample": 0}, "sample"),
-        ({"variables": ["tip_positon"]}, "tip_position"),
+        ({"variables": ["tip_positon"]}, "variables"),
         ({"dtype": "float16"}, "dtype"),
         ({"method": "euler"}, "method"),
         ({"duration": np.inf}, "duration"),
         ({"threads": 0}, "threads"),
         ({"device": "cuda:9"}, "device"),
         ({"device": ["cpu"]}, "device"),
-        ({"dtype": np.float64}, "dtype is <class 'numpy.float64'>"),
+        ({"dtype": np.float64}, "dtype"),
         ({"model": np.array(["coupled", "decoupled"])}, "model"),
         (
             {"method": "RK4", "step": np.array([1e-3, 1e-4])},
-            "step has 2 runs, but the batch has 1",
+            "step",
         ),
         ({"sample": [0.1]}, "sample"),
-        ({"sample": 2.0}, "sample is 2.0 s, longer than the flight of 1 s"),
-        ({"threads": True}, "threads is True"),
-        ({"method": "RK4"}, "step is missing, .* or step='auto'"),
-        ({"method": "RK4", "step": "often"}, "step is 'often'"),
+        ({"sample": 2.0}, "sample"),
+        ({"threads": True}, "threads"),
+        ({"method": "RK4"}, "step"),
+        ({"method": "RK4", "step": "often"}, "step"),
     ],
 )
-def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], words: str) -> None:
-    with pytest.raises(ca.InputError, match=words) as caught:
+def test_a_bad_option_is_named_in_one_sentence(options: dict[str, object], field: str) -> None:
+    with refused(field):
         ca.simulate(VEHICLE, open_loop_test("B"), **options)  # type: ignore[arg-type]
-    assert "\n" not in str(caught.value)
 
 
 UNDAMPED = {"arm.damping_ratio": 0.0}

@@ -236,36 +236,35 @@ NOT_A_MAGNITUDE: list[Any] = [np.nan, -1.0, "g", [9.81], np.inf]
 
 
 @pytest.mark.parametrize(
-    ("call", "words"),
+    ("call", "field"),
     [
-        (lambda: ca.trim(VEHICLE, bend=[7, 0]), "bend is .* at most 6.278 1/m"),
-        (lambda: ca.linearize(VEHICLE, CIRCLE), "q is .* just below a full circle"),
-        (lambda: ca.modes(VEHICLE, [0] * 6 + [7, 0]), "q is .* just below a full circle"),
+        (lambda: ca.trim(VEHICLE, bend=[7, 0]), "bend"),
+        (lambda: ca.linearize(VEHICLE, CIRCLE), "q"),
+        (lambda: ca.modes(VEHICLE, [0] * 6 + [7, 0]), "q"),
         (
             lambda: ca.modes(VEHICLE, [0, 0, 0, np.pi, 0, 0, 0, 0], base="clamped", gravity=1e4),
-            "buckles",
+            "q",
         ),
-        (lambda: ca.linearize("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
-        (lambda: ca.modes("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
-        (lambda: ca.trim("paper"), "vehicle is 'paper'; load one"),  # type: ignore[arg-type]
-        (lambda: ca.modes(VEHICLE, "q"), "^q is 'q'; give 8 finite numbers"),
-        (lambda: ca.linearize(VEHICLE, qd=[1, 2]), "^qd is .*; give 8 finite numbers"),
-        (lambda: ca.linearize(VEHICLE, force=25.0), "^force is 25.0; give 3 finite numbers, or 0"),
-        (lambda: ca.linearize(VEHICLE, qd=0.1), "^qd is 0.1; give 8 finite numbers, or 0"),
-        (lambda: ca.trim(VEHICLE, tip_wrench=0.1), "^tip_wrench is 0.1; give 6 finite numbers"),
-        (lambda: ca.trim(VEHICLE, position=1.0), "^position is 1.0; give 3 finite numbers, or 0"),
-        (lambda: ca.modes(VEHICLE, 0.3), "^q is 0.3; give 8 finite numbers, or 0 for none"),
-        (lambda: ca.trim(VEHICLE, yaw="n"), "yaw is 'n'; give a finite number[.]"),  # type: ignore[arg-type]
+        (lambda: ca.linearize("paper"), "vehicle"),  # type: ignore[arg-type]
+        (lambda: ca.modes("paper"), "vehicle"),  # type: ignore[arg-type]
+        (lambda: ca.trim("paper"), "vehicle"),  # type: ignore[arg-type]
+        (lambda: ca.modes(VEHICLE, "q"), "q"),
+        (lambda: ca.linearize(VEHICLE, qd=[1, 2]), "qd"),
+        (lambda: ca.linearize(VEHICLE, force=25.0), "force"),
+        (lambda: ca.linearize(VEHICLE, qd=0.1), "qd"),
+        (lambda: ca.trim(VEHICLE, tip_wrench=0.1), "tip_wrench"),
+        (lambda: ca.trim(VEHICLE, position=1.0), "position"),
+        (lambda: ca.modes(VEHICLE, 0.3), "q"),
+        (lambda: ca.trim(VEHICLE, yaw="n"), "yaw"),  # type: ignore[arg-type]
         (lambda: ca.modes(VEHICLE, base=np.array(["a", "b"])), "base"),  # type: ignore[arg-type]
-        (lambda: ca.trim(VEHICLE.replace({"uav.mass": [1, 2]})), "select"),
+        (lambda: ca.trim(VEHICLE.replace({"uav.mass": [1, 2]})), "vehicle"),
     ],
 )
 def test_what_cannot_be_linearised_or_trimmed_is_told_in_one_sentence(
-    call: Callable[[], object], words: str
+    call: Callable[[], object], field: str
 ) -> None:
-    with pytest.raises(ca.InputError, match=words) as caught:
+    with refused(field):
         call()
-    assert "\n" not in str(caught.value)
 
 
 def test_just_inside_a_full_circle_everything_is_finite() -> None:

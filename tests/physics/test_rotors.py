@@ -9,11 +9,11 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.errors import ContinuairWarning, InputError
+from continuair.errors import ContinuairWarning
 from continuair.studies.standard_excitations import EXCITATIONS, standard_scenario
 from continuair.vehicle.vehicle_file import write_vehicle
 from tests.closed_loop.constant_push import constant_push
-from tests.test_errors import assert_one_plain_sentence
+from tests.refusals import refused
 
 GIVEN: dict[str, Any] = {
     "layout": "quad_x",
@@ -429,31 +429,26 @@ def test_results_of_rotors_survive_a_round_trip_through_a_file(tmp_path: Path) -
     assert flight.rotor_thrust.dims == ("time", "rotor") and flight.saturation.dims == ("time",)
 
 
-UNUSABLE: list[tuple[ca.Vehicle, dict[str, Any], str, str]] = [
-    (SLENDER, {"wind": (1.0, 0.0, 0.0)}, "wind is given, but the vehicle has no drag", "uav.drag"),
-    (SLENDER, {"rotor_command": (1.0,)}, "scenario.rotor_command has 1 thrusts", "omit it"),
-    (QUAD, {"rotor_command": np.ones(6)}, "scenario.rotor_command has 6 thrusts", "4 rotors"),
-    (QUAD, {"rotor_thrust": np.ones(3)}, "scenario.rotor_thrust has 3 thrusts", "4 rotors"),
-    (QUAD, {"rotor_thrust": np.full(4, 13.0)}, "scenario.rotor_thrust is [13.0", "12.0 N"),
-    (QUAD, {"rotor_thrust": -np.ones(4)}, "rotor_thrust is [-1.0", "0 or more"),
-    (QUAD, {"rotor_command": "full"}, "rotor_command is 'full'", "for each rotor"),
-    (QUAD, {"controller": ca.hold(SLENDER, (0, 0, 2))}, "controller hold needs a wrench of "
-     "rank 6, but the rotors give rank 4", "hex_tilted"),
+UNUSABLE: list[tuple[ca.Vehicle, dict[str, Any], str]] = [
+    (SLENDER, {"wind": (1.0, 0.0, 0.0)}, "wind"),
+    (SLENDER, {"rotor_command": (1.0,)}, "scenario.rotor_command"),
+    (QUAD, {"rotor_command": np.ones(6)}, "scenario.rotor_command"),
+    (QUAD, {"rotor_thrust": np.ones(3)}, "scenario.rotor_thrust"),
+    (QUAD, {"rotor_thrust": np.full(4, 13.0)}, "scenario.rotor_thrust"),
+    (QUAD, {"rotor_thrust": -np.ones(4)}, "rotor_thrust"),
+    (QUAD, {"rotor_command": "full"}, "rotor_command"),
+    (QUAD, {"controller": ca.hold(SLENDER, (0, 0, 2))}, "controller"),
     (QUAD.replace({"uav.rotors.lever": 0.01}), {"q": (0, 0, 2, 0, 0, 0, 2.0, 0)},
-     "uav.rotors.thrust_limits is 0 to 12 N, but hover", "rotor_command"),
+     "uav.rotors.thrust_limits"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("vehicle", "given", "start", "remedy"), UNUSABLE, ids=lambda value: str(value)[:30]
-)
+@pytest.mark.parametrize(("vehicle", "given", "field"), UNUSABLE, ids=lambda value: str(value)[:30])
 def test_what_rotors_and_air_cannot_do_is_refused_in_one_sentence(
-    vehicle: ca.Vehicle, given: dict[str, Any], start: str, remedy: str
+    vehicle: ca.Vehicle, given: dict[str, Any], field: str
 ) -> None:
-    with pytest.raises(InputError) as caught:
+    with refused(field):
         flown(vehicle, **{"q": LEVEL} | given)
-    assert str(caught.value).startswith(start) and remedy in str(caught.value)
-    assert_one_plain_sentence(str(caught.value))
 
 
 @pytest.mark.parametrize("name", [next(iter(EXCITATIONS)), "release"])
@@ -468,10 +463,8 @@ def test_studies_excite_a_vehicle_with_rotors_by_direct_forces(name: str) -> Non
 
 
 def test_a_gradient_refuses_rotors_in_one_sentence() -> None:
-    with pytest.raises(InputError) as caught:
+    with refused("vehicle"):
         ca.gradient(QUAD, ca.Scenario("hover", LEVEL), lambda flight: (0.0, {}))
-    assert str(caught.value).startswith("vehicle 'slender' has uav.rotors, which has no gradient")
-    assert_one_plain_sentence(str(caught.value))
 
 
 def test_a_command_beside_a_controller_adds_to_what_its_push_asks_for() -> None:
