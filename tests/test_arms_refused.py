@@ -9,8 +9,7 @@ import pytest
 
 from continuair.errors import InputError
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
-from tests.refusals import refused
-from tests.test_errors import assert_one_plain_sentence
+from tests.refusals import assert_plain, refused
 
 TOML = Path(__file__).with_name("three_sections.toml")
 TEXT = TOML.read_text(encoding="utf-8")
@@ -20,12 +19,8 @@ SECTION = {"length": 1.0, "bending_stiffness": 1.0, "mass_per_length": 0.1}
 
 
 def test_the_single_arm_is_refused_where_there_is_a_list() -> None:
-    with pytest.raises(InputError) as caught:
+    with refused("vehicle"):
         _ = VEHICLE.arm
-    assert "vehicle 'three sections' has [[arm]], but this needs the single section" in str(
-        caught.value
-    )
-    assert_one_plain_sentence(str(caught.value))
 
 
 UNUSABLE: list[tuple[dict[str, Any], str]] = [
@@ -98,46 +93,44 @@ def test_a_section_has_one_of_each_pair(changes: dict[str, Any], field: str) -> 
 
 FILES: list[tuple[Callable[[str], str], str]] = [
     (lambda text: text.replace("[[arm]]", "[uav.rotors]\nlevr = 0.2\n[[arm]]", 1),
-     "uav.rotors.levr = 0.2 is not a known field; use uav.rotors.lever"),
+     "uav.rotors.levr"),
     (lambda text: text.replace("[[arm]]", "[uav.drag]\nlinear = [1, 1]\n[[arm]]", 1),
-     "uav.drag.linear is [1, 1], but must hold 3 numbers"),
+     "uav.drag.linear"),
     (lambda text: text.replace("[arm.tip]", "[[arm.tendons]]\nradius = 1\n[arm.tip]"),
-     "arm.left.tendons are not simulated yet; leave the tables out, and give bend moments"),
+     "arm.left.tendons"),
     (lambda text: text.replace("radius = 0.001", "radius = 0.001\npoisson_ratio = 0.3"),
-     "arm.left.section.base.poisson_ratio is not needed, because bending alone does not use it"),
+     "arm.left.section.base.poisson_ratio"),
     (lambda text: text.replace("radius = 0.001", "radus = 0.001"),
-     "arm.left.section.base.radus = 0.001 is not a known field; use arm.left.section.base.radius"),
+     "arm.left.section.base.radus"),
     (lambda text: text.replace('name = "left"', "length = 1.0"),
-     "arm.0.length belongs to a section; write it below [[arm.section]], or write [arm] for one"),
+     "arm.0.length"),
     (lambda text: text.replace("[[arm]]", "[arm]\nradius = 1\n[[arm]]", 1),
-     "has both [arm] and [[arm]]; write one of them only."),
-    (lambda text: text + "[arm]\nradius = 1\n", "has both [arm] and [[arm]]; write one of them"),
-    (lambda text: text[: text.index("[[arm.section]]")], "arm.left.section is missing; give the"),
+     "file"),
+    (lambda text: text + "[arm]\nradius = 1\n", "file"),
+    (lambda text: text[: text.index("[[arm.section]]")], "arm.left.section"),
     (lambda text: text[: text.index("[[arm]]")] + "[arm]\n[[arm.section]]\nlength = 1.0\n",
-     "arm.section belongs to an arm of a list; write [[arm]], with its sections as [[arm.sec"),
+     "arm.section"),
     (lambda text: text[: text.index("[[arm]]")] + "[arm]\nname = 'left'\nlength = 1.0\n"
      "bending_stiffness = 1.0\nmass_per_length = 1.0\n",
-     "arm.name is 'left', but only arms of a list have names"),
+     "arm.name"),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("change", "problem"), FILES, ids=[text[:40] for _, text in FILES])
-def test_a_file_that_cannot_be_used_is_refused_in_one_sentence(
-    tmp_path: Path, change: Callable[[str], str], problem: str
+@pytest.mark.parametrize(("change", "field"), FILES)
+def test_a_file_that_cannot_be_used_is_refused_by_its_name_and_field(
+    tmp_path: Path, change: Callable[[str], str], field: str
 ) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(change(TEXT), encoding="utf-8")
     with pytest.raises(InputError) as caught:
         load_vehicle(path)
-    assert str(caught.value).startswith(f"{path}: ")
-    assert problem in str(caught.value)
-    assert_one_plain_sentence(str(caught.value))
+    assert (caught.value.place, caught.value.field) == (str(path), field)
+    assert_plain(caught.value)
 
 
 def test_problems_of_several_sections_are_told_one_per_line() -> None:
     text = TEXT.replace("length = 0.3", "length = -0.3").replace("length = 0.4", "length = 0")
     with pytest.raises(InputError) as caught:
         Vehicle(**tomllib.loads(text))
-    first, second = str(caught.value).splitlines()
-    assert first.startswith("arm.left.section.base.length is -0.3, but")
-    assert second.startswith("arm.1.section.0.length is 0, but")
+    fields = [each.field for each in caught.value.errors]
+    assert fields == ["arm.left.section.base.length", "arm.1.section.0.length"]

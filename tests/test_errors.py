@@ -11,7 +11,7 @@ import pytest
 from continuair.errors import InputError, shown
 from continuair.vehicle.disk import Disk
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
-from tests.refusals import refused
+from tests.refusals import assert_plain, refused
 
 PAPER = load_vehicle("paper")
 PAPER_TOML = Path(__file__).parents[1] / "src/continuair/presets/paper.toml"
@@ -109,9 +109,8 @@ def test_several_problems_are_told_one_per_line() -> None:
         Vehicle(
             name="x", uav={"mass": -1, "inertia": [1, 1, 1]}, arm={**dict(PAPER.arm), "length": 0}
         )
-    first, second = str(caught.value).splitlines()
-    assert first.startswith("uav.mass is -1, but")
-    assert second.startswith("arm.length is 0, but")
+    assert [each.field for each in caught.value.errors] == ["uav.mass", "arm.length"]
+    assert len(str(caught.value).splitlines()) == 2
 
 
 def test_fields_cannot_be_assigned_or_deleted() -> None:
@@ -121,20 +120,16 @@ def test_fields_cannot_be_assigned_or_deleted() -> None:
         del PAPER.name
 
 
-def test_a_misspelt_field_is_one_sentence_with_full_names_though_the_right_one_is_missing(
-    tmp_path: Path,
-) -> None:
+def test_a_misspelt_field_is_named_in_full_though_the_right_one_is_missing(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     disk = "[[arm.disks]]\nposition = 1.0\nmas = 0.1\n"
-    for text, words in (
-        (TEXT.replace("radius", "radus"), "arm.radus = 0.005 is not a known field; use arm.radius"),
-        (TEXT + disk, "arm.disks.0.mas = 0.1 is not a known field; use arm.disks.0.mass (known:"),
+    for text, field in (
+        (TEXT.replace("radius", "radus"), "arm.radus"),
+        (TEXT + disk, "arm.disks.0.mas"),
     ):
         path.write_text(text, encoding="utf-8")
-        with pytest.raises(InputError) as caught:
+        with refused(field):
             load_vehicle(path)
-        assert_one_plain_sentence(str(caught.value))
-        assert words in str(caught.value)
 
 
 def test_rows_that_were_read_as_a_batch_of_diagonals_are_told_so() -> None:
@@ -149,57 +144,48 @@ def test_a_class_is_shown_by_its_name() -> None:
 
 TEXT = PAPER_TOML.read_text(encoding="utf-8")
 BAD_FILES = [
-    (TEXT.replace("mass = 2.0", "mass = -2.0"), "uav.mass is -2.0, but must be a finite number"),
-    (TEXT.replace("mass = 2.0", "mass = nan"), "uav.mass is nan"),
-    (TEXT.replace("mass = 2.0", ""), "uav.mass is missing; give the mass"),
-    (TEXT.replace("mass = 2.0", "mass = 2.0\nmasss = 1"), "uav.masss = 1 is not a known field"),
-    (TEXT.replace("damping = 0.0", "damping = 1\ndamping_ratio = 0.1"), "arm.damping is 1.0 while"),
-    (TEXT.replace("mass = 2.0", "mass 2.0"), "(at line 8, column 6); correct that line"),
-    (TEXT + "a = '''\n", f"(at line {TEXT.count(chr(10)) + 2}, the end of the file)"),
-    (b"\xff\xfe", "byte 0 is not UTF-8 text; save the file as UTF-8"),
+    (TEXT.replace("mass = 2.0", "mass = -2.0"), "uav.mass"),
+    (TEXT.replace("mass = 2.0", "mass = nan"), "uav.mass"),
+    (TEXT.replace("mass = 2.0", ""), "uav.mass"),
+    (TEXT.replace("mass = 2.0", "mass = 2.0\nmasss = 1"), "uav.masss"),
+    (TEXT.replace("damping = 0.0", "damping = 1\ndamping_ratio = 0.1"), "arm.damping"),
+    (TEXT.replace("mass = 2.0", "mass 2.0"), "file"),
+    (TEXT + "a = '''\n", "file"),
+    (b"\xff\xfe", "file"),
 ]
 
 
-@pytest.mark.parametrize(("content", "problem"), BAD_FILES, ids=[p[:30] for _, p in BAD_FILES])
-def test_malformed_file_is_refused_in_one_sentence_that_names_it(
-    tmp_path: Path, content: str | bytes, problem: str
+@pytest.mark.parametrize(("content", "field"), BAD_FILES)
+def test_malformed_file_is_refused_by_its_name_and_field(
+    tmp_path: Path, content: str | bytes, field: str
 ) -> None:
     path = tmp_path / "mine.toml"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError) as caught:
         load_vehicle(path)
-    assert str(caught.value).startswith(f"{path}: ")
-    assert problem in str(caught.value)
-    assert_one_plain_sentence(str(caught.value))
+    assert (caught.value.place, caught.value.field) == (str(path), field)
+    assert_plain(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("name", "problem"),
+    ("name", "field"),
     [
-        (
-            "papr",
-            "vehicle is 'papr', but there is no preset of that name; use paper (known: dual_arm,",
-        ),
-        ("", "vehicle is '', but there is no preset"),
-        ("x" * 5000, "cannot be used (File name too long)"),
-        (
-            "nowhere/mine.toml",
-            "mine.toml: no such file; correct the path, or use a preset (dual_arm",
-        ),
-        (Path("paper"), "paper: no such file"),
-        ("a\0.toml", "cannot be used (embedded null byte)"),
-        (3, "vehicle is 3, but must be the name of a preset or a path"),
+        ("papr", "vehicle"),
+        ("", "vehicle"),
+        ("x" * 5000, "vehicle"),
+        ("nowhere/mine.toml", "file"),
+        (Path("paper"), "file"),
+        ("a\0.toml", "vehicle"),
+        (3, "vehicle"),
     ],
 )
-def test_vehicle_that_is_not_there_is_refused_with_the_way_to_one(name: Any, problem: str) -> None:
-    with pytest.raises(InputError) as caught:
+def test_vehicle_that_is_not_there_is_refused(name: Any, field: str) -> None:
+    with refused(field):
         load_vehicle(name)
-    assert problem in str(caught.value)
-    assert_one_plain_sentence(str(caught.value))
 
 
 def test_directory_is_refused(tmp_path: Path) -> None:
-    with refused("/tmp/pytest-of-root/pytest-1/popen-gw0/test_directory_is_refused0"):
+    with refused("file"):
         load_vehicle(tmp_path)
 
 

@@ -158,27 +158,34 @@ def read_toml(path: Path, otherwise: str = "") -> dict[str, Any]:
 
     otherwise: end of a message that suggests another path.
     """
-    text = _text(path, otherwise)
+    try:
+        return _fields(_text(path, otherwise))
+    except InputError as error:
+        raise error.located(printed(path)) from None
+
+
+def _fields(text: str) -> dict[str, Any]:
+    nested = InputError(
+        "file", f"nests more than {_DEEPEST} tables or lists", "write them side by side"
+    )
     try:
         fields = tomllib.loads(text)
     except RecursionError:
-        raise _nested(path) from None
+        raise nested from None
     except tomllib.TOMLDecodeError as error:
         if name := _table_and_list(text):
             raise InputError(
-                printed(path), f"has both [{name}] and [[{name}]]", "write one of them only"
+                "file", f"has both [{name}] and [[{name}]]", "write one of them only"
             ) from None
         last_line = f"at line {text.count(chr(10)) + 1}, the end of the file"
         problem = str(error).replace("at end of document", last_line)
-        raise InputError(
-            printed(path), f"is not valid TOML ({problem})", "correct that line"
-        ) from None
+        raise InputError("file", f"is not valid TOML ({problem})", "correct that line") from None
     except ValueError:  # Python reads whole numbers of a few thousand digits at most
         raise InputError(
-            printed(path), "holds a number of thousands of digits", "write it as in 1e9"
+            "file", "holds a number of thousands of digits", "write it as in 1e9"
         ) from None
     if not _is_shallow(fields, _DEEPEST):
-        raise _nested(path)
+        raise nested
     return fields
 
 
@@ -197,12 +204,6 @@ def _is_shallow(value: Any, levels: int) -> bool:
     return levels > 0 and all(_is_shallow(each, levels - 1) for each in inside)
 
 
-def _nested(path: Path) -> InputError:
-    return InputError(
-        printed(path), f"nests more than {_DEEPEST} tables or lists", "write them side by side"
-    )
-
-
 def _text(path: Path, otherwise: str) -> str:
     check_regular("file", path)
     try:
@@ -217,7 +218,7 @@ def _text(path: Path, otherwise: str) -> str:
     except (OSError, ValueError) as error:
         problem = f"cannot be read ({reason(error)})"
         remedy = "correct the path or its permissions"
-    raise InputError(printed(path), problem, remedy)
+    raise InputError("file", problem, remedy)
 
 
 @dataclass(frozen=True)

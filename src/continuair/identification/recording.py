@@ -236,10 +236,10 @@ def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
                     lines.append(cells)
     except csv.Error as error:
         raise InputError(
-            path,
+            "data",
             f"is not valid CSV after line {line} ({error})",
             "close the quotation marks there",
-        ) from None
+        ).located(path) from None
     except (OSError, ValueError) as error:
         raise InputError(
             "data",
