@@ -23,7 +23,7 @@ test: $(VENV)/installed-$(subst $(comma),-,$(EXTRAS))
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache --no-logo
 	@# One thread of BLAS: matrices are small here, and threads would wait for each other.
-	OMP_NUM_THREADS=1 $(BIN)/pytest -q -n $(WORKERS) --dist loadfile -m "not slow and not long"
+	OMP_NUM_THREADS=1 $(BIN)/pytest -q -n $(WORKERS) --dist loadfile -m "not (long or slow or soak)"
 
 # The page is written whatever was reached; a claim that misses without an explanation fails.
 verify: $(VENV)/installed-test-oracles
@@ -36,7 +36,7 @@ MINUTES ?= 60
 soak: $(VENV)/installed-test
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.soak --minutes $(MINUTES) --out docs/explanation/soak.md
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.swarm --count 20000
-	OMP_NUM_THREADS=1 $(BIN)/pytest -q -m slow
+	OMP_NUM_THREADS=1 $(BIN)/pytest -q -n $(WORKERS) --dist loadfile -m "slow or soak"
 
 bench: $(VENV)/installed-test-oracles
 	$(BIN)/pytest benchmarks/ --benchmark-only

@@ -94,7 +94,7 @@ def assert_flights_agree(vehicle: ca.Vehicle, name: str, bandwidth: float) -> No
         assert direct_error(vehicle, name, float(np.squeeze(beyond)), bandwidth) > TOLERANCE
 
 
-SLOW = pytest.mark.slow
+SLOW = pytest.mark.soak
 
 
 @pytest.mark.long
@@ -106,7 +106,7 @@ def test_a_limit_is_where_flights_beside_it_leave_the_tolerance(bandwidth: float
         assert_flights_agree(NEW_USER, name, bandwidth)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.parametrize("seed", range(10))
 def test_limits_of_random_vehicles_are_where_flights_beside_them_say(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -35,7 +35,7 @@ def starts(runs: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    "model", [pytest.param(m, marks=[pytest.mark.slow] * (m != "coupled")) for m in MODELS]
+    "model", [pytest.param(m, marks=[pytest.mark.soak] * (m != "coupled")) for m in MODELS]
 )
 def test_a_fleet_flies_as_simulations_do(model: Model) -> None:
     fleet, (q, qd) = Fleet(VEHICLE, 11, period=PERIOD, model=model), starts(11)

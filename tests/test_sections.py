@@ -17,7 +17,7 @@ from continuair.studies.sections import (
 )
 
 PAGE = Path(__file__).parents[1] / "docs" / "explanation" / "sections.md"
-SLOW = pytest.mark.slow  # kernels of their own, which take long to compile
+SLOW = pytest.mark.soak  # kernels of their own, which take long to compile
 COUNTS = (1, 2, pytest.param(3, marks=SLOW), pytest.param(4, marks=SLOW))
 
 

@@ -67,7 +67,7 @@ def test_a_new_users_vehicle_is_tuned_and_writes_a_letter_and_an_eight(tmp_path:
     assert pixels < 5.0 and metres < 0.08
 
 
-@pytest.mark.parametrize("name", ["slender", pytest.param("two_section", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", ["slender", pytest.param("two_section", marks=pytest.mark.soak)])
 def test_slender_arms_and_arms_of_two_sections_are_tuned(name: str) -> None:
     vehicle = ca.load_vehicle(name)
     found = tune(vehicle, settings=["fast"], candidates=8, rounds=1)

@@ -11,7 +11,7 @@ from tests.closed_loop import flights
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("sample", [pytest.param(0.01, marks=pytest.mark.slow), 0.05, 0.6])
+@pytest.mark.parametrize("sample", [pytest.param(0.01, marks=pytest.mark.soak), 0.05, 0.6])
 def test_points_are_lost_when_they_are_whatever_the_samples(sample: float) -> None:
     """As of a law that acts at 1 kHz: the target flees faster than the camera follows."""
 

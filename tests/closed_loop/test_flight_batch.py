@@ -67,7 +67,7 @@ OTHERS = [
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("vehicle", "model", "dtype", "feedforward"),
-    [*CASES, *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHERS)],
+    [*CASES, *(pytest.param(*case, marks=pytest.mark.soak) for case in OTHERS)],
 )
 def test_a_controlled_run_is_the_same_in_any_batch_and_alone(
     vehicle: str,

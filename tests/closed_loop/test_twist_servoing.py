@@ -28,7 +28,7 @@ def starts(vehicle: ca.Vehicle, target: ca.Target) -> np.ndarray:
     "vehicle",
     [
         pytest.param(ROTORS, id="paper"),
-        pytest.param(ca.load_vehicle("two_section"), id="two_section", marks=pytest.mark.slow),
+        pytest.param(ca.load_vehicle("two_section"), id="two_section", marks=pytest.mark.soak),
     ],
 )
 def test_the_image_comes_home_at_the_rate_that_was_asked_for(vehicle: ca.Vehicle) -> None:

@@ -56,7 +56,7 @@ def test_kernels_are_the_readable_equations(vehicle: ca.Vehicle, model: Model) -
     assert largest_gap_of_kernels(vehicle, model, 8, seed=61) < 1e-10
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @MODELS
 def test_kernels_are_the_readable_equations_at_a_thousand_states(model: Model) -> None:
     gaps = [largest_gap_of_kernels(vehicle, model, 200, seed=62) for vehicle in TREES.values()]

@@ -24,7 +24,7 @@ def test_what_comes_in_is_used_or_refused_in_a_sentence(domain: str, tmp_path: P
     assert_clean(domain, range(FEW[domain]), tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_much_that_comes_in_is_used_or_refused(domain: str, tmp_path: Path) -> None:
     assert_clean(domain, range(FEW[domain], 10 * FEW[domain]), tmp_path)

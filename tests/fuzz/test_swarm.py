@@ -14,7 +14,7 @@ from tests.fuzz.swarm import swarm  # noqa: E402
 from tests.fuzz.trial import REFUSED, USED  # noqa: E402
 
 
-@pytest.mark.slow
+@pytest.mark.soak
 def test_damaged_files_of_others_are_read_or_refused(tmp_path: Path) -> None:
     """Within 10 s and 1 GiB each, with no traceback and nothing of other files."""
     counts: Counter[tuple[str, str]] = Counter()

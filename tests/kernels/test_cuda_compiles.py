@@ -59,7 +59,7 @@ _LONG = (
 @pytest.mark.parametrize(
     "kernel",
     [
-        pytest.param(kernel, id=name, marks=[pytest.mark.slow] if name in _LONG else [])
+        pytest.param(kernel, id=name, marks=[pytest.mark.soak] if name in _LONG else [])
         for name, kernel in KERNELS.items()
     ],
 )

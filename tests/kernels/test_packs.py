@@ -122,7 +122,7 @@ OTHERS += [("paper", model, "float32") for model in ("decoupled", "independent")
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("vehicle", "model", "dtype"),
-    [*CASES, *(pytest.param(*case, marks=pytest.mark.slow) for case in OTHERS)],
+    [*CASES, *(pytest.param(*case, marks=pytest.mark.soak) for case in OTHERS)],
 )
 def test_packs_are_single_runs_to_rounding(
     vehicle: str, model: str, dtype: str, monkeypatch: pytest.MonkeyPatch
@@ -141,7 +141,7 @@ def test_packs_are_single_runs_to_rounding(
     [
         ("two_section", "coupled", "float64"),
         ("paper", "independent", "float32"),
-        pytest.param("dual_arm", "decoupled", "float64", marks=pytest.mark.slow),
+        pytest.param("dual_arm", "decoupled", "float64", marks=pytest.mark.soak),
     ],
 )
 def test_packs_of_implicit_steps_are_single_runs_to_rounding(
@@ -265,7 +265,7 @@ def branching(code: LawCode) -> Any:
     return SimpleNamespace(Gains=Gains, control=control)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_law_that_branches_on_numbers_flies_run_by_run(capfd: pytest.CaptureFixture[str]) -> None:
     law = ca.Controller("branching", branching, {"height": 1.0}, looks=False)
     q = np.array([[0, 0, z, 0, 0, 0, 0.1, 0] for z in np.linspace(0.5, 1.5, RUNS)])
@@ -319,7 +319,7 @@ PROCESSORS = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_has_the_same_bits_on_other_processors(tmp_path: Path) -> None:
     """What the host makes of a vehicle, its inputs and its step included."""
     found = []

@@ -43,7 +43,7 @@ def cases_of(shape: str) -> list[dict[str, Any]]:
 
 
 def marked(shape: str) -> Any:
-    return shape if shape in OFTEN else pytest.param(shape, marks=pytest.mark.slow)
+    return shape if shape in OFTEN else pytest.param(shape, marks=pytest.mark.soak)
 
 
 def worst(case: dict[str, Any], model: Model) -> float:

@@ -49,7 +49,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
     ),
 }  # fmt: skip
 
-slow = pytest.mark.slow
+slow = pytest.mark.soak
 # Each vehicle and model is a kernel of its own, which takes a quarter of a minute to compile.
 CASES = [
     pytest.param(PAPER, "coupled", 0.0, 1, id="straight, one step"),

@@ -64,8 +64,8 @@ def reach(vehicle: ca.Vehicle) -> float:
         ("two_section", "coupled"),
         ("dual_arm", "coupled"),
         ("two_section", "decoupled"),
-        pytest.param("two_section", "independent", marks=pytest.mark.slow),
-        pytest.param("dual_arm", "decoupled", marks=pytest.mark.slow),
+        pytest.param("two_section", "independent", marks=pytest.mark.soak),
+        pytest.param("dual_arm", "decoupled", marks=pytest.mark.soak),
     ],
 )
 def test_steps_are_of_second_order(name: str, model: Model) -> None:

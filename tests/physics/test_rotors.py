@@ -292,7 +292,7 @@ def test_smooth_saturation_between_samples_is_seen() -> None:
 @pytest.mark.long
 @pytest.mark.filterwarnings("ignore:error_estimate")
 @pytest.mark.parametrize(
-    ("lag", "amplitude"), [(0.0, 60.0), pytest.param(0.05, 600.0, marks=pytest.mark.slow)]
+    ("lag", "amplitude"), [(0.0, 60.0), pytest.param(0.05, 600.0, marks=pytest.mark.soak)]
 )
 def test_commands_are_followed_where_limits_cut_them_off(lag: float, amplitude: float) -> None:
     """They are smooth as they are given, and nearly jump as they act: off by 0.07 else."""

@@ -16,7 +16,7 @@ from continuair.engine.engine import Engine
 from continuair.flight.frequencies import fastest_rate
 from continuair.flight.steps import automatic_step
 
-SLOW = pytest.mark.slow  # kernels of their own, which take long to compile
+SLOW = pytest.mark.soak  # kernels of their own, which take long to compile
 TILTED = (0.3, -0.2, 0.1, 0.927)
 
 
