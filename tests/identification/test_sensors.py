@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
 
 import continuair as ca
+import continuair.cli as cli
 from continuair.identification import Fit, Recording, fit, load_recording
 from continuair.identification.recording import MEASURED, SENSORS
 from continuair.identification.replay import START, Replay
 from continuair.vehicle.layout import ACTUATORS
+from continuair.vehicle.vehicle_file import write_vehicle
 from tests.identification.flights import NOISE, SAMPLE, held_inputs, true_vehicle
 from tests.refusals import refused
 
@@ -240,6 +243,20 @@ def test_a_bias_beyond_those_of_sensors_is_reported() -> None:
     turned = right.accelerometer - [0.0, 0.0, 2.0 * 9.81]
     found = fit(VEHICLE, dataclasses.replace(right, accelerometer=turned), ["uav.mass"])
     assert any(doubt.startswith("the accelerometer has a bias of 19.3") for doubt in found.doubts)
+
+
+def test_the_command_takes_the_place_of_the_accelerometer_and_shows_biases(
+    tmp_path: Path,
+) -> None:
+    save(tmp_path / "flight.csv", noisy(1))
+    write_vehicle(VEHICLE, str(tmp_path / "start.toml"))
+    options = ["--data", str(tmp_path / "flight.csv"), "--vehicle", str(tmp_path / "start.toml")]
+    place = ["--imu", *map(str, PLACE)]
+    shown = CliRunner().invoke(cli.app, ["identify", *options, "--fit", "uav.mass", *place])
+    assert shown.exit_code == 0, shown.output
+    for key in ("gyro_rad_s", "accelerometer_m_s2"):
+        assert f"Bias of {key}: " in shown.stderr and f"{key} " in shown.stderr
+    assert "warning" not in shown.stderr
 
 
 def test_recordings_round_trip_through_a_table(tmp_path: Path) -> None:
