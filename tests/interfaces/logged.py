@@ -168,10 +168,12 @@ def write_bag(
     plugin: str = "MCAP",
     frame: str = "base_link",
     joints: Sequence[str] = ("0123",),
+    child: str = "tip",
 ) -> None:
     """Write topics into a new bag's folder; JointStates are of joints named by a digit each.
 
     joints: their names in the first message, in the second and so on, and from the front again.
+    child: frame of the twist of Odometry messages.
     """
     from rosbags.rosbag2 import StoragePlugin, Writer
     from rosbags.typesys import Stores, get_typestore
@@ -182,11 +184,11 @@ def write_bag(
             connection = writer.add_connection(name, kind, typestore=store)
             for t, row, names in zip(time, rows, cycle(joints), strict=False):
                 stamp = 10**9 * 1_700_000_000 + round(1e9 * t)
-                message = _ros(store.types, kind, stamp, frame, row, names)
+                message = _ros(store.types, kind, stamp, frame, row, names, child)
                 writer.write(connection, stamp, store.serialize_cdr(message, kind))
 
 
-def _ros(types: Any, kind: str, stamp: int, frame: str, row: Array, joints: str) -> Any:
+def _ros(types: Any, kind: str, stamp: int, frame: str, row: Array, joints: str, child: str) -> Any:
     def of(name: str, *values: Any) -> Any:
         return types[name](*values)
 
@@ -202,17 +204,27 @@ def _ros(types: Any, kind: str, stamp: int, frame: str, row: Array, joints: str)
             return of(kind, header, "uav", moved)
         case "PoseStamped" | "PoseWithCovarianceStamped" | "Odometry":
             place = of("geometry_msgs/msg/Point", *row[:3])
-            pose = of("geometry_msgs/msg/Pose", place, of("geometry_msgs/msg/Quaternion", *row[3:]))
+            turn = of("geometry_msgs/msg/Quaternion", *row[3:7])
+            pose = of("geometry_msgs/msg/Pose", place, turn)
             if kind.endswith("PoseStamped"):
                 return of(kind, header, pose)
             known = of("geometry_msgs/msg/PoseWithCovariance", pose, np.zeros(36))
             if kind.endswith("CovarianceStamped"):
                 return of(kind, header, known)
-            twist = of(
-                "geometry_msgs/msg/Twist", of(vector, 0.0, 0.0, 0.0), of(vector, 0.0, 0.0, 0.0)
-            )
+            # Of more than a pose, the velocity in axes of the child frame.
+            velocity = of(vector, *np.resize([*row[7:10], 0.0, 0.0, 0.0], 3))
+            twist = of("geometry_msgs/msg/Twist", velocity, of(vector, 0.0, 0.0, 0.0))
             moving = of("geometry_msgs/msg/TwistWithCovariance", twist, np.zeros(36))
-            return of(kind, header, "tip", known, moving)
+            return of(kind, header, child, known, moving)
+        case "Imu":
+            level = of("geometry_msgs/msg/Quaternion", 0.0, 0.0, 0.0, 1.0)
+            rates, forces = of(vector, *row[:3]), of(vector, *row[3:6])
+            # A seventh number is the first of the covariance of the forces.
+            known = np.append(row[6:], np.zeros(9))[:9]
+            return of(kind, header, level, np.zeros(9), rates, np.zeros(9), forces, known)
+        case "Twist" | "TwistStamped":
+            twist = of("geometry_msgs/msg/Twist", of(vector, *row[:3]), of(vector, 0.0, 0.0, 0.0))
+            return twist if kind.endswith("Twist") else of(kind, header, twist)
         case "WrenchStamped":
             wrench = of("geometry_msgs/msg/Wrench", of(vector, *row[:3]), of(vector, *row[3:]))
             return of(kind, header, wrench)

@@ -114,6 +114,68 @@ def test_thrusts_of_rotors_are_commands() -> None:
     assert not recording.inputs.any()
 
 
+SENSED = np.hstack([FLOWN["angular_velocity"].to_numpy(), FLOWN["velocity"].to_numpy() + 9.0])
+BODY_VELOCITY = FLOWN["velocity"].to_numpy()
+VELOCITY = Rotation.from_quat(FLOWN["attitude"].to_numpy()).apply(BODY_VELOCITY)
+
+
+def sensed(
+    kind: str, rows: np.ndarray, frame: str = "odom", of: str = "velocity", **how: Any
+) -> Recording:
+    """A bag with a topic of a role, in axes of a frame."""
+    topics = {name: TOPICS[name] for name in ("/uav/pose", "/arm/bend", "/arm/moment")}
+    named = {"pose": "/uav/pose", "bend": "/arm/bend", "bend_moment": "/arm/moment", of: "/topic"}
+    return read(named, topics | {"/topic": (kind, TIME, rows)}, frame=frame, **how)
+
+
+@pytest.mark.parametrize(
+    ("kind", "rows", "how"),
+    [
+        ("geometry_msgs/msg/Twist", VELOCITY, {}),
+        ("geometry_msgs/msg/TwistStamped", VELOCITY, {}),
+        ("nav_msgs/msg/Odometry", np.hstack([TOPICS["/uav/pose"][2], BODY_VELOCITY]), {}),
+        ("nav_msgs/msg/Odometry", np.hstack([TOPICS["/uav/pose"][2], VELOCITY]), {"child": "map"}),
+    ],
+)
+def test_velocities_become_those_in_world_axes(
+    kind: str, rows: np.ndarray, how: dict[str, Any]
+) -> None:
+    np.testing.assert_allclose(sensed(kind, rows, **how).velocity, VELOCITY, atol=1e-9)
+
+
+def test_an_imu_gives_gyro_and_accelerometer() -> None:
+    for of, part in (("gyro", slice(0, 3)), ("accelerometer", slice(3, 6))):
+        found = sensed("sensor_msgs/msg/Imu", SENSED, frame="imu_link", of=of)
+        np.testing.assert_allclose(getattr(found, of), SENSED[:, part], atol=1e-9)
+        shutil.rmtree("flight")
+
+
+@pytest.mark.parametrize(
+    ("of", "kind", "how"),
+    [
+        ("gyro", "geometry_msgs/msg/Twist", {}),
+        ("gyro", "sensor_msgs/msg/Imu", {"frame": "map"}),
+        ("accelerometer", "sensor_msgs/msg/Imu", {"frame": "base_link_frd"}),
+        ("velocity", "sensor_msgs/msg/Imu", {}),
+        ("velocity", "geometry_msgs/msg/TwistStamped", {"frame": "base_link"}),
+        ("velocity", "geometry_msgs/msg/TwistStamped", {"frame": "map_ned"}),
+        ("velocity", "nav_msgs/msg/Odometry", {"child": "base_link_frd"}),
+    ],
+)
+def test_sensors_of_other_types_or_axes_are_refused(
+    of: str, kind: str, how: dict[str, Any]
+) -> None:
+    rows = np.hstack([TOPICS["/uav/pose"][2], BODY_VELOCITY])
+    with refused(f"{of} (/topic)"):
+        sensed(kind, rows, of=of, **how)
+
+
+def test_forces_that_an_imu_does_not_measure_are_refused() -> None:
+    rows = np.hstack([SENSED, np.full((len(TIME), 1), -1.0)])
+    with refused("accelerometer (/topic)"):
+        sensed("sensor_msgs/msg/Imu", rows, frame="imu_link", of="accelerometer")
+
+
 def test_joints_are_taken_by_name_and_scaled() -> None:
     bend = FLOWN["bend"].to_numpy()
     topics = TOPICS | {"/joints": ("sensor_msgs/msg/JointState", TIME, 10.0 * bend[:, ::-1])}

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 import continuair as ca
@@ -99,6 +100,52 @@ def test_px4_axes_become_ours() -> None:
     np.testing.assert_allclose(recording.position, found["position"], atol=1e-6)
     same = np.abs((recording.attitude * found["attitude"].to_numpy()).sum(-1))
     np.testing.assert_allclose(same, 1.0, atol=1e-6)
+
+
+def sensors() -> Topics:
+    """Topics of the flight with those of sensors, and a log of all samples."""
+    found, topics = FLOWN[0], logged()
+    time, place = topics["vehicle_local_position"]
+    world = Rotation.from_quat(found["attitude"].to_numpy()).apply(found["velocity"].to_numpy())
+    velocity = dict(zip(("vx", "vy", "vz"), to_ned(world).T, strict=True))
+    gyro, felt = (to_frd(found[name].to_numpy()) for name in ("angular_velocity", "velocity"))
+    return topics | {
+        "vehicle_local_position": (time, {**place, **velocity, "v_xy_valid": np.ones(len(time))}),
+        "vehicle_angular_velocity": (time, {"xyz": gyro}),
+        "vehicle_acceleration": (time, {"xyz": felt}),
+        "sensor_combined": (time, {"gyro_rad": gyro, "accelerometer_m_s2": felt}),
+    }
+
+
+@pytest.mark.parametrize(
+    "named",
+    [
+        {"gyro": "vehicle_angular_velocity", "accelerometer": "vehicle_acceleration"},
+        {"gyro": "sensor_combined", "accelerometer": "sensor_combined"},
+        {"gyro": "sensor_combined.0", "accelerometer": "vehicle_acceleration"},
+    ],
+)
+def test_px4_sensors_become_ours(named: dict[str, str]) -> None:
+    named = {"bend": BEND, "rotors": MOTORS, "velocity": "vehicle_local_position", **named}
+    recording = read(sensors(), named=named, imu_position=(0.1, 0.0, 0.02))
+    found = FLOWN[0]
+    world = Rotation.from_quat(found["attitude"].to_numpy()).apply(found["velocity"].to_numpy())
+    np.testing.assert_allclose(recording.velocity, world, atol=1e-6)
+    np.testing.assert_allclose(recording.gyro, found["angular_velocity"], atol=1e-6)
+    np.testing.assert_allclose(recording.accelerometer, found["velocity"], atol=1e-6)
+    np.testing.assert_array_equal(recording.imu_position, [0.1, 0.0, 0.02])
+
+
+@pytest.mark.parametrize(("flag", "bad"), [("v_xy_valid", 0.0), ("vz_reset_counter", 1.0)])
+def test_velocities_that_px4_says_are_none_are_refused(flag: str, bad: float) -> None:
+    topics, named = sensors(), {"bend": BEND, "rotors": MOTORS}
+    time, place = topics["vehicle_local_position"]
+    flags = np.full(len(time), 1.0 - bad)
+    flags[len(flags) // 2] = bad
+    topics["vehicle_local_position"] = time, {**place, flag: flags}
+    read(topics, named=named)
+    with refused("velocity (vehicle_local_position)"):
+        read(topics, named=named | {"velocity": "vehicle_local_position"})
 
 
 def test_the_position_of_the_tip_tells_the_bend() -> None:

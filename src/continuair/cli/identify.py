@@ -58,6 +58,13 @@ def identify(
         tuple[float, float] | None,
         typer.Option(help="The part of a log to use: seconds since its start.", metavar="FROM TO"),
     ] = None,
+    imu: Annotated[
+        tuple[float, float, float],
+        typer.Option(
+            help="The accelerometer's place from the UAV's centre of mass, body axes, z up [m].",
+            metavar="X Y Z",
+        ),
+    ] = (0.0, 0.0, 0.0),
     out: Annotated[Path | None, typer.Option(help="File for the fitted vehicle.")] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Replace a vehicle that continuair wrote to --out.")
@@ -77,7 +84,7 @@ def identify(
 
         if out is not None:
             check_file(out, force)
-        recording = read_flight(data, start, topic or [], rate, window)
+        recording = read_flight(data, start, topic or [], rate, window, imu)
         names = None if fit is None else fit.split(",")
         found = identification.fit(start, recording, names, test=test, progress=progress)
     if recording.sampling:
@@ -103,5 +110,7 @@ def _show(found: Fit) -> None:
     typer.echo(
         f"Left over (standard deviation): {left}; condition {found.condition:.3g}.", err=True
     )
+    for name, bias in found.biases.items():
+        typer.echo(f"Bias of {name}: {', '.join(f'{x:.3g}' for x in bias)}.", err=True)
     for doubt in found.doubts:
         typer.echo(f"warning: {doubt}", err=True)

@@ -10,14 +10,11 @@ from scipy.linalg import matmul_toeplitz
 
 from continuair.analysis.shares import percent
 from continuair.identification.leftover import autocovariance
-from continuair.identification.problem import GROUPS, Problem
+from continuair.identification.problem import Problem
 from continuair.typing import Array
 
 NULL = 1e-6
 """Relative size of singular values that count as 0, below the accuracy of differences."""
-
-SILENT = 1e-8
-"""Change of measurements [m, rad, 1/m] per factor e below which a field has no effect."""
 
 VAGUE = 0.3
 """Relative standard error above which a field is reported."""
@@ -28,19 +25,21 @@ def confidence(
 ) -> tuple[Array, float, tuple[str, ...]]:
     """Return standard errors (fields,) on the fields' scales, the condition, and warnings.
 
-    left: residuals (rows, measured), whose standard deviations by GROUPS are `deviations`.
+    left: residuals (rows, width), whose standard deviations by group are `deviations`.
     """
-    J, edge = problem.fine_jacobian(where, np.ones(len(GROUPS))), problem.at_edge(where)
-    silent = np.abs(J).max(0) < SILENT
-    scale = problem.of_columns(deviations)
-    J = J / np.tile(scale, len(J) // problem.measured)[:, None]
+    J, edge = problem.fine_jacobian(where, problem.plain), problem.at_edge(where)
+    silent, count = problem.silent(J, problem.plain), problem.fields
+    # The initial state may have parts without effect, where the pose was not measured.
+    kept = ~silent | (np.arange(len(where)) < count)
+    J, silent, edge = J[:, kept], silent[kept], edge[kept]
+    scale = problem.measured.of_columns(deviations)
+    J = J / np.tile(scale, len(J) // len(scale))[:, None]
     size = np.where(silent, 1.0, np.linalg.norm(J, axis=0))
     U, singular, V = np.linalg.svd(J / size, full_matrices=False)
     null = singular < NULL * singular[0]
     lost = silent | _mixed(V[null], size, problem.fields)
-    count = problem.fields
     inverse = (V.T[:count] * np.where(null, 0.0, 1.0 / singular.clip(1e-300))) @ U.T
-    freedom = 1.0 - len(where) / left.size
+    freedom = 1.0 - problem.estimated / left.size
     errors = spread(inverse.reshape(count, *left.shape), left / scale, freedom)
     errors = np.where(lost[:count], np.inf, errors / size[:count])
     shares = errors * problem.chosen.relative(where[:count])

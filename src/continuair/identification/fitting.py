@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from continuair.identification.aliasing import of_fast_swings
 from continuair.identification.confidence import confidence
 from continuair.identification.fields import fitted_fields
 from continuair.identification.leftover import of_what_is_left
-from continuair.identification.problem import GROUPS, Problem, lasts
+from continuair.identification.measurements import of_large_biases
+from continuair.identification.problem import Problem, lasts
 from continuair.identification.recording import Recording
 from continuair.identification.replay import Replay
 from continuair.progress import Progress
@@ -34,7 +35,8 @@ class Fit:
         Initial values, estimates and standard errors, in the units of the fields. An error is inf
         if the data do not determine the field.
     deviations : dict of str to float
-        Standard deviations of the residuals: position_m, attitude_rad, bend_per_m.
+        Standard deviations of the residuals of what was measured: position_m, attitude_rad,
+        bend_per_m, velocity_m_s, gyro_rad_s, accelerometer_m_s2.
     condition : float
         Condition number of the Jacobian, initial state included, with columns of norm 1.
     doubts : tuple of str
@@ -43,6 +45,9 @@ class Fit:
         Rows of the recording.
     converged : bool
         Whether the least squares converged, with steps short enough for the fitted vehicle.
+    biases : dict of str to list of float
+        Constant biases of the sensors along x, y and z of the body, measured minus true:
+        gyro_rad_s, accelerometer_m_s2.
     """
 
     vehicle: Vehicle
@@ -55,6 +60,7 @@ class Fit:
     doubts: tuple[str, ...]
     rows: int
     converged: bool
+    biases: dict[str, list[float]] = field(default_factory=dict)
 
     def describe(self) -> dict[str, object]:
         """Return the fit for JSON.
@@ -76,6 +82,7 @@ class Fit:
                 for field, start, value, error in rows
             },
             "deviations": self.deviations,
+            "biases": self.biases,
             "condition": self.condition if np.isfinite(self.condition) else None,
             "doubts": list(self.doubts),
             "rows": self.rows,
@@ -122,7 +129,8 @@ def fit(
 
     Notes
     -----
-    Position, attitude and bend are weighted by the standard deviations of their residuals.
+    Every measured quantity is weighted by the standard deviation of its residuals. Constant biases
+    of gyro and accelerometer are estimated along with the fields, so their means tell nothing.
     """
     chosen = fitted_fields(vehicle, fields)
     replay = Replay(vehicle, recording, test)
@@ -137,7 +145,9 @@ def fit(
             "check inputs and units, or start from a closer vehicle",
         ).located(recording.name)
     errors, condition, doubts = confidence(problem, where, deviations, left)
-    doubts += (*of_what_is_left(left, recording), *replay.cut_off(found))
+    biases = problem.biases(where)
+    doubts += (*of_what_is_left(left, recording), *of_large_biases(biases))
+    doubts += replay.cut_off(found)
     doubts += of_fast_swings(vehicle, found, recording.time)
     if not converged:
         doubts += (
@@ -157,12 +167,12 @@ def fit(
         values=values,
         errors=errors * chosen.slopes(values),
         deviations={
-            name: deviation
-            for name, deviation in zip(GROUPS, deviations.tolist(), strict=True)
-            if name != "bend_per_m" or vehicle.arms
+            group.key: deviation
+            for group, deviation in zip(replay.measured.groups, deviations.tolist(), strict=True)
         },
         condition=condition,
         doubts=doubts,
         rows=len(recording.time),
         converged=converged and resolved,
+        biases=biases,
     )

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from continuair.analysis.shares import percent
+from continuair.identification.measurements import Measured
 from continuair.identification.recording import Recording
 from continuair.typing import Array
 
@@ -29,31 +30,32 @@ FEW = 25
 
 
 def of_what_is_left(left: Array, recording: Recording) -> tuple[str, ...]:
-    """Return a sentence for each part of the motion whose residuals (rows, measured) are
+    """Return a sentence for each part of the motion whose residuals (rows, width) are
     correlated."""
     if len(left) < FEW:
         return (
             f"{len(left)} rows are too few to tell residuals from noise, which standard errors "
             f"assume; record {FEW} or more.",
         )
-    turns = Rotation.from_quat(recording.attitude)
-    parts = {
-        "position": (left[:, :3], recording.position),
-        "attitude": (left[:, 3:6], (turns.mean().inv() * turns).as_rotvec()),
-        "bends": (left[:, 6:], recording.bend),
-    }
-    doubts = []
-    for name, (rest, measured) in parts.items():
-        if not rest.shape[1]:
-            continue  # a vehicle without arms has no bends
-        moved = np.sqrt(np.mean(measured.var(axis=0))).clip(1e-12)
-        missed = _missed(rest) / moved
+    measured, doubts = Measured(recording), []
+    for group in measured.groups:
+        moved = np.sqrt(np.mean(_motion(recording, group.name).var(axis=0))).clip(1e-12)
+        missed = _missed(left[:, measured.of[group.name]]) / moved
         if missed > EXPLAINED:
             doubts.append(
-                f"the fitted flight misses {percent(missed)} of the motion of the {name}, beyond "
-                "noise, so estimates are biased; check inputs and test, or fit more fields."
+                f"the fitted flight misses {percent(missed)} of the motion of the {group.motion}, "
+                "beyond noise, so estimates are biased; check inputs and test, or fit more fields."
             )
     return tuple(doubts)
+
+
+def _motion(recording: Recording, name: str) -> Array:
+    """Return what was measured (rows, columns), of attitudes their rotation vectors."""
+    found: Array = getattr(recording, name)
+    if name != "attitude":
+        return found
+    turns = Rotation.from_quat(found)
+    return np.asarray((turns.mean().inv() * turns).as_rotvec())
 
 
 def _missed(rest: Array) -> float:

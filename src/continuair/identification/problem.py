@@ -15,11 +15,8 @@ from continuair.progress import Progress
 from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 
-GROUPS = ("position_m", "attitude_rad", "bend_per_m")
-"""Groups of measurements with one unit and one standard deviation."""
-
-_OF_GROUP = (slice(0, 3), slice(3, 6), slice(6, None))
-"""Columns of each group in a row of measurements."""
+SILENT = 1e-8
+"""Change of measurements [their units] per unit of an unknown below which it has no effect."""
 
 SCAN = 64
 """Vehicles tried before the least squares, which could otherwise converge a whole period off."""
@@ -42,32 +39,45 @@ class Problem:
         self.chosen, self.replay, self._progress = chosen, replay, progress
         self.fields = len(chosen.names)
         self.unknowns = self.fields + len(replay.first)
-        self.measured = replay.layout.coordinates
+        self.measured = replay.measured
         self._calls = 0
 
     def residuals(self, rows: Array, deviations: Array) -> Array:
-        """Return weighted residuals (runs, samples * measured) of rows of unknowns (runs,
-        unknowns)."""
+        """Return weighted residuals (runs, samples * width) of unknowns (runs, unknowns)."""
         vehicle, valid = self.chosen.vehicle(rows[:, : self.fields])
-        moved = None if self.replay.test else self.replay.first + rows[:, self.fields :]
-        found = self.replay.residuals(vehicle, moved, len(rows))
+        found = self.replay.residuals(vehicle, self._starts(rows), len(rows))
         found[~valid] = np.nan
-        found /= self.of_columns(deviations)
+        found /= self.measured.of_columns(deviations)
         flat: Array = np.nan_to_num(found.reshape(len(rows), -1), nan=_FAR, posinf=_FAR)
         return flat
 
-    def of_columns(self, deviations: Array) -> Array:
-        """Return the deviation of every measurement of a row (measured,), from those of GROUPS."""
-        found = np.empty(self.measured)
-        for group, deviation in zip(_OF_GROUP, deviations, strict=True):
-            found[group] = deviation
-        return found
+    def _starts(self, rows: Array) -> Array | None:
+        """Return the initial states (runs, states) of rows of unknowns; None: that of the test."""
+        return None if self.replay.test else self.replay.first + rows[:, self.fields :]
+
+    @property
+    def plain(self) -> Array:
+        """Deviations (groups,) of residuals in their own units."""
+        return np.ones(len(self.measured.groups))
 
     def left_over(self, row: Array) -> Array:
-        """Return simulated minus measured values (samples, measured) of a row of unknowns [m, rad,
-        1/m]."""
-        plain = self.residuals(row[None], np.ones(len(GROUPS)))[0]
-        return plain.reshape(-1, self.measured)
+        """Return simulated minus measured values (samples, width), less biases, of a row of
+        unknowns."""
+        plain = self.residuals(row[None], self.plain)[0]
+        return plain.reshape(-1, self.measured.width)
+
+    def biases(self, row: Array) -> dict[str, list[float]]:
+        """Return the biases of the sensors for a row of unknowns."""
+        if not self.measured.biases:
+            return {}
+        vehicle, _ = self.chosen.vehicle(row[None, : self.fields])
+        found = self.replay.differences(vehicle, self._starts(row[None]), 1)[0]
+        return self.measured.biases_of(found)
+
+    @property
+    def estimated(self) -> int:
+        """Number of all estimates: fields, initial state and biases."""
+        return self.unknowns + self.measured.biases
 
     def scan(self) -> Array:
         """Return the best of the start and of SCAN vehicles around it, from the measured initial
@@ -76,7 +86,7 @@ class Problem:
         rows = np.zeros((SCAN, self.unknowns))
         spread = 2.0 * qmc.Sobol(self.fields, seed=0).random(SCAN) - 1.0
         rows[1:, : self.fields] = spread[1:] * self.chosen.reach(SCAN_FACTOR)
-        cost = (self.residuals(rows, np.array([0.1, 0.1, 0.1])) ** 2).sum(1)
+        cost = (self.residuals(rows, self.measured.scan()) ** 2).sum(1)
         best: Array = rows[np.argmin(cost)]
         return best
 
@@ -93,8 +103,8 @@ class Problem:
 
         If its vehicle needs shorter steps than the first one, the fit continues with these.
         """
-        length = float(self.chosen.of.reach)
-        found = self._best_near(self.scan(), np.array([0.01, 0.01, 0.01 / length]))
+        first = self.measured.first(float(self.chosen.of.reach))
+        found = self._best_near(self.scan(), first)
         for _ in range(_MOST_REFINED):
             if not self.replay.refine(self.vehicle(found[0])):
                 break
@@ -106,8 +116,14 @@ class Problem:
         for _ in range(2):
             solution = self.solve(where, deviations)
             where = solution.x
-            deviations = _deviations(self.left_over(where), len(where))
+            deviations = self._deviations(self.left_over(where))
         return where, deviations, bool(solution.status > 0)
+
+    def _deviations(self, left: Array) -> Array:
+        """Return the standard deviation of every group of residuals (samples, width)."""
+        freedom = max(1.0 - self.estimated / left.size, 1e-3)
+        squares = [np.mean(left[:, where] ** 2) for where in self.measured.of.values()]
+        return np.maximum(np.sqrt(np.array(squares) / freedom), _LEAST_DEVIATION)
 
     def solve(self, start: Array, deviations: Array) -> Any:
         """Return the least-squares solution from a row of unknowns, as SciPy does."""
@@ -122,13 +138,28 @@ class Problem:
         return least_squares(
             at,
             start,
-            jac=lambda row: self.jacobian(row, deviations),
+            jac=lambda row: self._slopes(row, deviations),
             x_scale="jac",
             xtol=1e-12,
             ftol=1e-13,
             gtol=1e-14,
             max_nfev=_MOST,
         )
+
+    def _slopes(self, row: Array, deviations: Array) -> Array:
+        """Return the Jacobian without the rounding of unknowns that have no effect.
+
+        Scaled to norm 1, it would let the least squares move them without limit.
+        """
+        J = self.jacobian(row, deviations)
+        J[:, self.silent(J, deviations)] = 0.0
+        return J
+
+    def silent(self, J: Array, deviations: Array) -> NDArray[np.bool_]:
+        """Return which unknowns (unknowns,) have no effect, by a Jacobian."""
+        scale = self.measured.of_columns(deviations)
+        plain = np.abs(J).reshape(-1, len(scale), J.shape[1]).max(axis=0)
+        return np.asarray((plain * scale[:, None]).max(axis=0) < SILENT)
 
     def fine_jacobian(self, row: Array, deviations: Array) -> Array:
         """Return the Jacobian to fourth order.
@@ -154,7 +185,7 @@ class Problem:
 
     def at_edge(self, row: Array) -> NDArray[np.bool_]:
         """Return which unknowns (unknowns,) have an invalid neighbour, or one that fails."""
-        fore, back, _ = self._around(row, np.ones(len(GROUPS)), _DIFFERENCE)
+        fore, back, _ = self._around(row, self.plain, _DIFFERENCE)
         return _failed(fore) | _failed(back)
 
     def _around(self, row: Array, deviations: Array, width: float) -> tuple[Array, Array, Array]:
@@ -170,14 +201,5 @@ def _failed(rows: Array) -> NDArray[np.bool_]:
 
 
 def lasts(left: Array) -> bool:
-    """Return whether the flight with these residuals (samples, measured) lasted to its end."""
+    """Return whether the flight with these residuals (samples, width) lasted to its end."""
     return bool((np.abs(left) < _FAR).all())
-
-
-def _deviations(left: Array, unknowns: int) -> Array:
-    """Return the standard deviation of every group of residuals (samples, measured)."""
-    freedom = max(1.0 - unknowns / left.size, 1e-3)
-    squares = [left[:, group] ** 2 for group in _OF_GROUP]
-    # A vehicle without arms has no bends.
-    found = [np.sqrt(each.sum() / max(each.size, 1) / freedom) for each in squares]
-    return np.maximum(found, _LEAST_DEVIATION)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from continuair import checks
 from continuair.errors import InputError, shortened, shown
 from continuair.files import check_regular, printed, reason, user_path
-from continuair.typing import Array
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.layout import ACTUATORS, numbered
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import warn
@@ -30,10 +30,35 @@ sections are numbered: bend_x_1, bend_y_1, bend_x_2, and bend_moment_x_1, arm by
 out, as in the names of coordinates and actuators in results.
 """
 
+SENSORS = {
+    "velocity": ("vx", "vy", "vz"),
+    "gyro": ("gyro_x", "gyro_y", "gyro_z"),
+    "accelerometer": ("accel_x", "accel_y", "accel_z"),
+}
+"""Optional columns, three of a sensor or none.
+
+Velocity of the UAV's centre of mass, world axes [m/s]; angular velocity [rad/s] and specific force
+[m/s²], body axes.
+"""
+
+POSE = (("x", "y", "z"), ("qx", "qy", "qz", "qw"))
+"""Columns of MEASURED that a file with SENSORS may lack, position or attitude or both."""
+
 _BEND = MEASURED.index("bend_x")
+_SENSOR_PREFIXES = ("gyro_", "accel_")
 FEWEST_ROWS = 10
 _LONGEST_LIST = 200
 _UNIT_NORM_TOLERANCE = 0.02
+
+
+def _not_measured() -> Array:
+    """Return a table without columns."""
+    return np.empty((0, 0))
+
+
+def _at_origin() -> Array:
+    """Return the position of the UAV's centre of mass, body axes."""
+    return np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -47,9 +72,9 @@ class Recording:
     time : ndarray, shape (n,)
         Times from 0 [s].
     position : ndarray, shape (n, 3)
-        Position of the UAV's centre of mass in world axes [m].
+        Position of the UAV's centre of mass in world axes [m]. (n, 0): not measured.
     attitude : ndarray, shape (n, 4)
-        Unit quaternions x y z w, body to world.
+        Unit quaternions x y z w, body to world. (n, 0): not measured.
     bend : ndarray, shape (n, bends)
         Bend vectors, two numbers per section [1/m].
     inputs : ndarray, shape (n, 6 + bends), or None
@@ -58,6 +83,15 @@ class Recording:
         Commanded thrusts of the rotors [N], held as inputs are. Default: rotors at rest.
     sampling : str, optional
         A sentence on how a log was resampled to rows.
+    velocity : ndarray, shape (n, 3), optional
+        Velocity of the UAV's centre of mass in world axes [m/s]. Default: not measured.
+    gyro : ndarray, shape (n, 3), optional
+        Angular velocity in body axes, with a constant bias [rad/s]. Default: not measured.
+    accelerometer : ndarray, shape (n, 3), optional
+        Specific force in body axes, with a constant bias [m/s²]; gravity along z in hover. Default:
+        not measured.
+    imu_position : ndarray, shape (3,), optional
+        Position of the accelerometer from the UAV's centre of mass in body axes [m].
 
     Raises
     ------
@@ -73,22 +107,37 @@ class Recording:
     inputs: Array | None
     rotor_command: Array | None = None
     sampling: str = ""
+    velocity: Array = field(default_factory=_not_measured)
+    gyro: Array = field(default_factory=_not_measured)
+    accelerometer: Array = field(default_factory=_not_measured)
+    imu_position: Array = field(default_factory=_at_origin)
 
     def __post_init__(self) -> None:
         bends = np.shape(self.bend)[1] if np.ndim(self.bend) == 2 else 0
-        widths = {"position": 3, "attitude": 4, "bend": bends, "inputs": 6 + bends}
+        widths = {"bend": bends, "inputs": 6 + bends}
         for name in ("time", *widths, "rotor_command"):
             value = getattr(self, name)
             if value is not None or name not in ("inputs", "rotor_command"):
                 object.__setattr__(self, name, self._table(name, value, widths.get(name)))
+        for name, width in {"position": 3, "attitude": 4, **dict.fromkeys(SENSORS, 3)}.items():
+            value = getattr(self, name)
+            empty = np.ndim(value) == 2 and np.shape(value)[1] == 0
+            found = np.empty((len(self.time), 0)) if empty else self._table(name, value, width)
+            object.__setattr__(self, name, found)
+        place = checks.vector("imu_position", self.imu_position, 3)
+        object.__setattr__(self, "imu_position", place)
         if self.time[0] != 0.0 or not (np.diff(self.time) > 0.0).all():
             raise InputError(
                 "time",
                 f"of the recording is {shown(self.time.tolist())}",
                 "give times [s] that begin with 0 and increase",
             )
+        self._check_attitude()
+
+    def _check_attitude(self) -> None:
+        """Raise InputError unless attitudes, if measured, are unit quaternions."""
         off = np.abs(np.linalg.norm(self.attitude, axis=1) - 1.0)
-        if off.max() > _UNIT_NORM_TOLERANCE:
+        if self.attitude.size and off.max() > _UNIT_NORM_TOLERANCE:
             raise InputError(
                 "attitude",
                 (
@@ -115,7 +164,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class _Names:
-    """Names of columns: required ones, and optional ones of inputs and rotor thrusts."""
+    """Names of columns: measured ones, and optional ones of inputs and rotor thrusts."""
 
     measured: tuple[str, ...]
     inputs: tuple[str, ...]
@@ -125,6 +174,19 @@ class _Names:
     def acting(self) -> tuple[str, ...]:
         """Optional columns."""
         return self.inputs + self.rotors
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """All columns."""
+        return self.measured + sum(SENSORS.values(), ()) + self.acting
+
+    def required(self, headings: list[str]) -> tuple[str, ...]:
+        """Return the columns that a file with these headings must have."""
+        sensed = [each for each in SENSORS.values() if any(name in headings for name in each)]
+        free = [each for each in POSE if sensed and not any(name in headings for name in each)]
+        lacking = sum(free, ())
+        measured = tuple(name for name in self.measured if name not in lacking)
+        return measured + sum(sensed, ())
 
     @property
     def bend(self) -> tuple[str, ...]:
@@ -143,17 +205,24 @@ def _names_for(vehicle: Vehicle | None) -> _Names:
     )
 
 
-def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None) -> Recording:
+def load_recording(
+    path: str | os.PathLike[str],
+    vehicle: Vehicle | None = None,
+    *,
+    imu_position: ArrayLike = (0.0, 0.0, 0.0),
+) -> Recording:
     """Read a recorded flight from a CSV file.
 
     Parameters
     ----------
     path : str or path
-        File with a line of headings: `MEASURED`, and optionally `ACTUATORS`. Other columns are
-        ignored with a warning.
+        File with a line of headings: `MEASURED`, and optionally `SENSORS` and `ACTUATORS`. Other
+        columns are ignored with a warning.
     vehicle : Vehicle, optional
         The vehicle of the flight. Needed for [[arm]], and for thrusts of rotors, rotor_command_1
         and so on [N].
+    imu_position : array_like, shape (3,), optional
+        Position of the accelerometer from the UAV's centre of mass, body axes [m].
 
     Returns
     -------
@@ -165,6 +234,10 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
     InputError
         If a column or a number is missing or not finite, a quaternion is not of unit length, or
         times do not increase. Messages name column and row; row 1 is the first below the headings.
+
+    Notes
+    -----
+    With columns of a sensor, those of position or attitude may be missing.
     """
     file, names = user_path("data", path), _names_for(vehicle)
     path = printed(file)
@@ -187,7 +260,36 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
             f"runs from {time[0]:g} to {time[-1]:g}, too far for float64 to resolve its steps",
             "count time from the start of the flight",
         ).located(path)
-    attitude = np.stack([columns[name] for name in ("qx", "qy", "qz", "qw")], -1)
+    driven = any(name in columns for name in names.acting)
+    nothing = np.zeros(len(time))
+    return Recording(
+        name=file.name,
+        time=since,
+        position=_table(columns, POSE[0]),
+        attitude=_attitude(path, columns),
+        bend=np.array([columns[name] for name in names.bend]).T.reshape(len(time), len(names.bend)),
+        inputs=np.stack([columns.get(each, nothing) for each in names.inputs], -1)
+        if driven
+        else None,
+        rotor_command=_rotor_command(path, columns, names.rotors),
+        imu_position=checks.vector("imu_position", imu_position, 3),
+        velocity=_table(columns, SENSORS["velocity"]),
+        gyro=_table(columns, SENSORS["gyro"]),
+        accelerometer=_table(columns, SENSORS["accelerometer"]),
+    )
+
+
+def _table(columns: dict[str, Array], names: tuple[str, ...]) -> Array:
+    """Return columns side by side (n, width), or (n, 0) if the file has none of them."""
+    there = [columns[name] for name in names if name in columns]
+    return np.array(there).T.reshape(len(columns["time"]), len(there))
+
+
+def _attitude(path: str, columns: dict[str, Array]) -> Array:
+    """Return unit quaternions (n, 4), or (n, 0) if not measured; InputError for another length."""
+    attitude = _table(columns, POSE[1])
+    if not attitude.size:
+        return attitude
     norm = np.linalg.norm(attitude, axis=1)
     wrong = np.flatnonzero(np.abs(norm - 1.0) > _UNIT_NORM_TOLERANCE)
     if wrong.size:
@@ -197,19 +299,8 @@ def load_recording(path: str | os.PathLike[str], vehicle: Vehicle | None = None)
             f"qy qz qw have norm {norm[row]:.4g} in row {row + 1}",
             "give unit quaternions, the scalar part last",
         ).located(path)
-    driven = any(name in columns for name in names.acting)
-    nothing = np.zeros(len(time))
-    return Recording(
-        name=file.name,
-        time=since,
-        position=np.stack([columns[name] for name in "xyz"], -1),
-        attitude=attitude / norm[:, None],
-        bend=np.array([columns[name] for name in names.bend]).T.reshape(len(time), len(names.bend)),
-        inputs=np.stack([columns.get(each, nothing) for each in names.inputs], -1)
-        if driven
-        else None,
-        rotor_command=_rotor_command(path, columns, names.rotors),
-    )
+    unit: Array = attitude / norm[:, None]
+    return unit
 
 
 def _rotor_command(path: str, columns: dict[str, Array], names: tuple[str, ...]) -> Array | None:
@@ -247,17 +338,7 @@ def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
             "give the path of a CSV file",
         ) from None
     headings = [cell.strip() for cell in lines[0]] if lines else []
-    for name in names.measured:
-        if name not in headings:
-            found = _listed(headings) if headings else "the file is empty"
-            raise InputError(
-                name,
-                "is missing",
-                f"name the columns {', '.join(names.measured)} (found: {found})",
-            ).located(path)
-    for name in names.measured + names.acting:
-        if headings.count(name) > 1:
-            raise InputError(name, "is there twice", "keep one").located(path)
+    _check_headings(path, headings, names)
     if len(lines) - 1 < FEWEST_ROWS:
         raise InputError(
             "recording",
@@ -265,6 +346,28 @@ def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
             f"give a flight of {FEWEST_ROWS} rows or more",
         ).located(path)
     return headings, lines[1:]
+
+
+def _check_headings(path: str, headings: list[str], names: _Names) -> None:
+    """Raise InputError for missing, repeated and misnamed columns."""
+    required = names.required(headings)
+    for name in required:
+        if name not in headings:
+            found = _listed(headings) if headings else "the file is empty"
+            raise InputError(
+                name, "is missing", f"name the columns {', '.join(required)} (found: {found})"
+            ).located(path)
+    for name in names.known:
+        if headings.count(name) > 1:
+            raise InputError(name, "is there twice", "keep one").located(path)
+    for name in headings:
+        # Ignored with a warning, a sensor would be missing from the fit.
+        if name.startswith(_SENSOR_PREFIXES) and name not in names.known:
+            raise InputError(
+                _listed([name]),
+                "is no known column",
+                f"name the sensors' columns {', '.join(sum(SENSORS.values(), ()))}",
+            ).located(path)
 
 
 def _listed(headings: list[str]) -> str:
@@ -276,7 +379,7 @@ def _columns(
     path: str, headings: list[str], rows: list[list[str]], names: _Names
 ) -> dict[str, Array]:
     """Return the used columns as arrays, or raise InputError for a cell without a finite number."""
-    ignored = [name for name in headings if name not in names.measured + names.acting]
+    ignored = [name for name in headings if name not in names.known]
     if ignored:
         known = ", ".join(names.acting)
         warn(

@@ -18,7 +18,9 @@ from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.prepare import prepare
 from continuair.flight.rotors import lag_rate, still
 from continuair.flight.time_grid import marks_at
+from continuair.identification.measurements import Measured
 from continuair.identification.recording import Recording
+from continuair.identification.sensors import accelerometer
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
 from continuair.vehicle.arc import bend_vectors, polar_of
@@ -61,6 +63,7 @@ class Replay:
                 f"add some of {', '.join(ACTUATORS)}, name their topics of a log, or give --test",
             ).located(recording.name)
         self.recording, self.test = recording, test
+        self.measured = Measured(recording)
         if test:
             flown = extensions.scenario("open_loop_test")(test)
         else:
@@ -144,10 +147,35 @@ class Replay:
         return next(self._flight(vehicle).cohorts())
 
     def residuals(self, vehicle: Vehicle, start: Array | None, runs: int) -> Array:
-        """Return simulated minus measured (runs, samples, coordinates): position, rotation, bends.
+        """Return simulated minus measured values (runs, samples, width), less biases of sensors.
 
-        NaN: the run failed. start: (runs, unknowns of an initial state); None: that of the test.
+        Columns are those of `measured`. NaN: the run failed. start: (runs, unknowns of an initial
+        state); None: that of the test.
         """
+        return self.measured.without_biases(self.differences(vehicle, start, runs))
+
+    def differences(self, vehicle: Vehicle, start: Array | None, runs: int) -> Array:
+        """Return simulated minus measured values (runs, samples, width), with biases."""
+        engine, log = self._log(vehicle, start, runs)
+        found = np.full((*log.shape[:2], self.measured.width), np.nan)
+        for name, where in self.measured.of.items():
+            found[..., where] = self._difference(name, engine, log)
+        return found
+
+    def _difference(self, name: str, engine: Engine, log: Array) -> Array:
+        """Return simulated minus measured values (runs, samples, columns) of one quantity."""
+        measured = getattr(self.recording, name)
+        if name == "attitude":
+            return _turn(measured, log[..., self.layout.attitude])
+        if name == "accelerometer":
+            place = self.recording.imu_position
+            return accelerometer(engine, log, self._flown.at_samples, place) - measured
+        column = "angular_velocity" if name == "gyro" else name
+        found: Array = log[..., getattr(self.layout, column)] - measured
+        return found
+
+    def _log(self, vehicle: Vehicle, start: Array | None, runs: int) -> tuple[Engine, Array]:
+        """Return the engine of a vehicle, and the log of its flights; NaN: the run failed."""
         flown, engine = self._flown, Engine(vehicle, "coupled")
         if start is None:
             begin = Start(*(np.repeat(x, runs, 0) for x in (flown.start.states, flown.start.angle)))
@@ -156,12 +184,7 @@ class Replay:
         logs = engine.roll_out(np.arange(runs), begin, flown.grid, flown.drive)
         log = logs.log
         log[logs.status != 0] = np.nan
-        layout, measured = self.layout, self.recording
-        difference = np.full((*log.shape[:2], layout.coordinates), np.nan)
-        difference[..., :3] = log[..., layout.position] - measured.position
-        difference[..., 3:6] = _turn(measured.attitude, log[..., layout.attitude])
-        difference[..., 6:] = log[..., layout.bend] - measured.bend
-        return difference
+        return engine, log
 
 
 def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) -> None:
@@ -208,15 +231,33 @@ def _check_bends(vehicle: Vehicle, recording: Recording) -> None:
 
 def first_motion(recording: Recording) -> Array:
     """Return the initial state (unknowns,), without rotors, from straight lines through the first
-    rows."""
+    rows.
+
+    Level at the origin where the pose was not measured; its rates are then those measured, or 0.
+    """
+    place, velocity = _line(recording, recording.position, recording.velocity)
+    first = Rotation.from_quat(recording.attitude[0]) if recording.attitude.size else None
+    turns = np.empty((0, 0))
+    if first is not None:
+        turns = (first.inv() * Rotation.from_quat(recording.attitude)).as_rotvec()
+    turn, spin = _line(recording, turns, recording.gyro)
+    attitude = Rotation.from_rotvec(turn)
+    attitude = attitude if first is None else first * attitude
+    rows = slice(_ROWS_OF_START)
+    rate, bend = np.polyfit(recording.time[rows], recording.bend[rows], 1)
+    return np.concatenate([place, attitude.as_rotvec(), bend, velocity, spin, rate])
+
+
+def _line(recording: Recording, values: Array, rates: Array) -> tuple[Array, Array]:
+    """Return the value (3,) and the rate (3,) at the first row, of values (n, 3 or 0) and rates."""
     n = _ROWS_OF_START
-    t = recording.time[:n]
-    first = Rotation.from_quat(recording.attitude[0])
-    turned = (first.inv() * Rotation.from_quat(recording.attitude[:n])).as_rotvec()
-    rows = np.hstack([recording.position[:n], turned, recording.bend[:n]])
-    slope, value = np.polyfit(t, rows, 1)
-    attitude = (first * Rotation.from_rotvec(value[3:6])).as_rotvec()
-    return np.concatenate([value[:3], attitude, value[6:], slope])
+    time = recording.time[:n]
+    if values.size:
+        rate, value = np.polyfit(time, values[:n], 1)
+        return value, rate
+    if rates.size:
+        return np.zeros(3), np.polyfit(time, rates[:n], 1)[1]
+    return np.zeros(3), np.zeros(3)
 
 
 def _start(rows: Array, layout: Layout, speeds: Array) -> Start:

@@ -20,17 +20,19 @@ def read_flight(
     topics: Sequence[str],
     rate: float | None,
     window: tuple[float, float] | None,
+    imu_position: tuple[float, float, float],
 ) -> Recording:
     """Read a .ulg file, a ROS 2 bag (a folder, .mcap or .db3), or else a CSV file.
 
     topics: texts ROLE=TOPIC, as `read_ulog` and `read_rosbag` take them with rate and window, which
-    are of logs alone. Raises InputError.
+    are of logs alone; imu_position: of the accelerometer [m]. Raises InputError.
     """
     path = user_path("data", path)
     bag = path.suffix in (".mcap", ".db3") or path.is_dir()
     if bag or path.suffix == ".ulg":
         read = read_rosbag if bag else read_ulog
-        return read(path, vehicle, split_topics(topics), rate=rate, window=window)
+        named = split_topics(topics)
+        return read(path, vehicle, named, rate=rate, window=window, imu_position=imu_position)
     for name, value in {"topic": topics or None, "rate": rate, "window": window}.items():
         if value is not None:
             raise InputError(
@@ -38,4 +40,4 @@ def read_flight(
                 f"is given, but {printed(path)} is no log",
                 "leave it out, or give a .ulg file or a ROS 2 bag",
             )
-    return load_recording(path, vehicle)
+    return load_recording(path, vehicle, imu_position=imu_position)

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.flight.rotors import lag_rate
-from continuair.identification.recording import FEWEST_ROWS, Recording
+from continuair.identification.recording import FEWEST_ROWS, SENSORS, Recording
 from continuair.interfaces.log_signals import Signal, aligned, check_unit
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -30,14 +30,18 @@ _MOST_HALF = 0.85 * np.pi
 
 @dataclass(frozen=True)
 class Choices:
-    """Checked choices of a log: rate [Hz] or None, window [s] or None."""
+    """Checked choices of a log: rate [Hz] or None, window [s] or None, place of the IMU [m]."""
 
     rate: float | None
     window: tuple[float, float] | None
+    imu_position: Array
 
 
-def choices(rate: Any, window: Any) -> Choices:
-    """Check a rate [Hz] and a window (from, to) [s] since the log's start; raises InputError."""
+def choices(rate: Any, window: Any, imu_position: Any) -> Choices:
+    """Check a rate [Hz], a window (from, to) [s] since the log's start, and a place of the IMU.
+
+    Raises InputError.
+    """
     if rate is not None:
         rate = checks.positive("rate", rate, " [Hz]")
     if window is not None:
@@ -45,7 +49,7 @@ def choices(rate: Any, window: Any) -> Choices:
         if not first < last:
             raise InputError("window", f"is {shown(window)}", "give two times [s] that ascend")
         window = first, last
-    return Choices(rate, window)
+    return Choices(rate, window, checks.vector("imu_position", imu_position, 3))
 
 
 def check_roles(vehicle: Vehicle, roles: Any) -> None:
@@ -94,9 +98,12 @@ def recording(
 
     Measured, interpolated by a spline: position (n, 3) of the UAV and tip (n, 3), world axes, z up
     [m]; attitude (n, 4), body to world, x y z w; bend (n, bends) [1/m], axes of each section's
-    base. Held, averaged over intervals: thrust (n, 3) [N] and torque (n, 3) [N m] on the UAV in
-    body axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors), commanded thrusts [N]. For
-    rotors with a lag the mean is that of the speed, as the lag acts on it.
+    base; velocity (n, 3), world axes [m/s]; gyro (n, 3) [rad/s] and accelerometer (n, 3) [m/s²],
+    body axes.
+
+    Held, averaged over intervals: thrust (n, 3) [N] and torque (n, 3) [N m] on the UAV in body
+    axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors), commanded thrusts [N]. For rotors
+    with a lag the mean is that of the speed, as the lag acts on it.
     """
     _check_widths(vehicle, signals)
     times, signals = aligned(signals, HELD, chosen.rate, chosen.window)
@@ -122,6 +129,8 @@ def recording(
         else None,
         rotor_command=rotors,
         sampling=_sampling(name, times, signals.values()),
+        imu_position=chosen.imu_position,
+        **{sensor: signals[sensor].at(times) for sensor in SENSORS if sensor in signals},
     )
 
 

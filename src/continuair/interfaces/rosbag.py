@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from continuair.identification.recording import Recording
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, check_unit, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
+from continuair.typing import ArrayLike
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -26,6 +28,14 @@ _WORLD = {"map", "odom", "world", "earth"}
 """Frames that REP 105 fixes to the ground."""
 
 _LONGEST_REASON = 300
+
+_IMU, _ODOMETRY = "sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry"
+_TWISTS = {
+    "geometry_msgs/msg/Twist": "linear",
+    "geometry_msgs/msg/TwistStamped": "twist.linear",
+    "geometry_msgs/msg/TwistWithCovarianceStamped": "twist.twist.linear",
+}
+"""Type -> its velocity."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +69,7 @@ def read_rosbag(
     *,
     rate: float | None = None,
     window: tuple[float, float] | None = None,
+    imu_position: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Recording:
     """Read a flight from a ROS 2 bag, for `continuair.identification.fit`.
 
@@ -74,6 +85,8 @@ def read_rosbag(
         Rate of the rows [Hz]. Default: that of the slowest measurement.
     window : tuple of float, optional
         Start and end since the bag's start [s]. Default: all.
+    imu_position : array_like, shape (3,), optional
+        Position of the accelerometer from the UAV's centre of mass, body axes [m].
 
     Returns
     -------
@@ -89,14 +102,17 @@ def read_rosbag(
     -----
     Roles: ``pose`` of the UAV; at least one of ``bend`` [1/m], ``tip`` and ``camera``, poses in the
     same world axes; ``wrench`` on the UAV, body axes; ``bend_moment`` [N m²]; and ``rotors``,
-    thrusts in the vehicle's order [N]. Only bend, bend_moment and rotors take fields.
+    thrusts in the vehicle's order [N]. Only bend, bend_moment and rotors take fields. Optional:
+    ``velocity`` in world axes [m/s]; ``gyro`` [rad/s] and ``accelerometer`` [m/s²] of an Imu along
+    the body axes.
 
     Types: PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped for
     tip), WrenchStamped, Float64MultiArray, and JointState, with position as bend and effort as
-    bend_moment.
+    bend_moment; for velocity Odometry, whose twist is in body axes, Twist, TwistStamped and
+    TwistWithCovarianceStamped in world axes.
     """
     named = parse_topics(topics, _ROLES)
-    chosen = choices(rate, window)
+    chosen = choices(rate, window, imu_position)
     checks.installed("rosbags", "logs")
     file = user_path("data", path)
     with of_log(printed(file)):
@@ -222,19 +238,85 @@ def _of_body(frame: str) -> bool:
     return name.partition("_")[0] not in _WORLD and not name.endswith(("_ned", "_frd"))
 
 
+def _of_world(frame: str) -> bool:
+    """Whether a frame may be fixed to the ground, with z up; one without a name may."""
+    name = frame.strip("/").rpartition("/")[2]
+    return not name or (name.partition("_")[0] in _WORLD and not name.endswith(("_ned", "_frd")))
+
+
+def _check_body_axes(topic: Topic, message: Any, what: str) -> None:
+    """Raise InputError for a message in other axes than the body's."""
+    if not _of_body(message.header.frame_id):
+        raise InputError(
+            str(topic),
+            f"is in axes of {shown(message.header.frame_id)}",
+            f"publish {what} in its body axes, forward-left-up, such as base_link",
+        )
+
+
+def _of_imu(attribute: str) -> Callable[[_Messages, Vehicle], dict[str, Signal]]:
+    """Return a role of one of the vectors of an Imu."""
+
+    def signals(found: _Messages, _: Vehicle) -> dict[str, Signal]:
+        topic = found.topic
+        for each in found.messages:
+            if getattr(each, "__msgtype__", None) != _IMU:
+                raise _refused(topic, each, "Imu")
+            _check_body_axes(topic, each, "the UAV's sensors")
+            # So REP 145 marks what a sensor does not measure.
+            if getattr(each, f"{attribute}_covariance")[0] == -1.0:
+                raise InputError(
+                    str(topic), f"does not measure {attribute}", "name a topic that does"
+                )
+        rows = found.rows(lambda each: _xyz(getattr(each, attribute)))
+        return {topic.role: _scaled(topic, found.time, rows)}
+
+    return signals
+
+
+def _velocity(found: _Messages, _: Vehicle) -> dict[str, Signal]:
+    """Return the velocity in world axes, of an Odometry that in the axes of its child frame."""
+    topic, kinds = found.topic, {getattr(e, "__msgtype__", None) for e in found.messages}
+    if kinds == {_ODOMETRY}:
+        return {"velocity": _of_odometry(found)}
+    for each in found.messages:
+        path = _TWISTS.get(getattr(each, "__msgtype__", ""))
+        if path is None:
+            raise _refused(topic, each, "Odometry, Twist or TwistStamped")
+        header = getattr(each, "header", None)
+        if header and not _of_world(header.frame_id):
+            raise InputError(
+                str(topic),
+                f"is in axes of {shown(header.frame_id)}",
+                "publish the velocity in world axes, such as odom, or name an Odometry",
+            )
+    rows = found.rows(lambda each: _xyz(attrgetter(_TWISTS[each.__msgtype__])(each)))
+    return {"velocity": _scaled(topic, found.time, rows)}
+
+
+def _of_odometry(found: _Messages) -> Signal:
+    """Return the velocities of an Odometry in world axes."""
+    topic, frames = found.topic, {each.child_frame_id for each in found.messages}
+    rows = found.rows(lambda each: [*_xyz(each.twist.twist.linear), *_quaternion(each.pose.pose)])
+    velocity = _scaled(topic, found.time, rows[:, :3])
+    if all(frame and _of_world(frame) for frame in frames):
+        return velocity
+    if not all(map(_of_body, frames)):
+        raise InputError(
+            str(topic),
+            f"is in axes of {shown(min(frames))}",
+            "publish its twist in axes of one child frame, forward-left-up, such as base_link",
+        )
+    attitude = signal(topic, found.time, rows[:, 3:])
+    check_unit(attitude)
+    return replace(velocity, values=Rotation.from_quat(attitude.values).apply(velocity.values))
+
+
 def _wrench(found: _Messages, _: Vehicle) -> dict[str, Signal]:
     for each in found.messages:
         if not hasattr(each, "wrench"):
             raise _refused(found.topic, each, "WrenchStamped")
-        if not _of_body(each.header.frame_id):
-            raise InputError(
-                str(found.topic),
-                f"is in axes of {shown(each.header.frame_id)}",
-                (
-                    "publish the wrench on the UAV in its body axes, forward-left-up, "
-                    "such as base_link"
-                ),
-            )
+        _check_body_axes(found.topic, each, "the wrench on the UAV")
     force = found.rows(lambda each: _xyz(each.wrench.force))
     torque = found.rows(lambda each: _xyz(each.wrench.torque))
     return {
@@ -303,7 +385,13 @@ def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> 
 _NUMBERS = {"bend": "position", "bend_moment": "effort", "rotors": "effort"}
 """Role of numbers -> the attribute that holds them of joints."""
 
-_ROLES = {"pose": _pose, "tip": _tip, "camera": _camera, "wrench": _wrench} | {
-    role: _numbers(attribute) for role, attribute in _NUMBERS.items()
-}
+_ROLES = {
+    "pose": _pose,
+    "tip": _tip,
+    "camera": _camera,
+    "wrench": _wrench,
+    "velocity": _velocity,
+    "gyro": _of_imu("angular_velocity"),
+    "accelerometer": _of_imu("linear_acceleration"),
+} | {role: _numbers(attribute) for role, attribute in _NUMBERS.items()}
 _PARTS = {"pose": ("position", "attitude"), "wrench": ("thrust", "torque")}

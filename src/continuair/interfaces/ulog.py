@@ -23,6 +23,7 @@ from continuair.interfaces.frames import attitude_from_ned, from_frd, from_ned
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
+from continuair.typing import ArrayLike
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import warn
 
@@ -38,8 +39,19 @@ _FIELDS: dict[str, tuple[str, ...]] = {
     "torque": _XYZ,
     "bend_moment": (),
     "rotors": (),
+    "velocity": ("vx", "vy", "vz"),
+    "gyro": _XYZ,
+    "accelerometer": _XYZ,
 }
 """Role -> fields of its topic by default."""
+
+_COMBINED = {
+    "gyro": ("gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"),
+    "accelerometer": (
+        "accelerometer_m_s2[0]", "accelerometer_m_s2[1]", "accelerometer_m_s2[2]"
+    ),
+}  # fmt: skip
+"""Role -> fields of the topic sensor_combined by default."""
 
 _DEFAULT = {"position": "vehicle_local_position", "attitude": "vehicle_attitude"}
 _OURS = {
@@ -48,11 +60,18 @@ _OURS = {
     "attitude": partial(attitude_from_ned, scalar_first=True),
     "thrust": from_frd,
     "torque": from_frd,
+    "velocity": from_ned,
+    "gyro": from_frd,
+    "accelerometer": from_frd,
 }
 _NORMALISED = {"thrust": "N", "torque": "N m", "rotors": "N"}
 _RESETS = ("xy_reset_counter", "z_reset_counter", "quat_reset_counter", "reset_counter")
 _VALID = {"xy_valid": 1, "z_valid": 1, "dead_reckoning": 0}
 """Flags of a valid estimate, with their value if it is valid."""
+
+_RESETS_OF_VELOCITY = ("vxy_reset_counter", "vz_reset_counter")
+_VALID_VELOCITY = {"v_xy_valid": 1, "v_z_valid": 1}
+"""The same of a velocity, which the topic of the position holds."""
 
 _HEADER = 16
 
@@ -64,6 +83,7 @@ def read_ulog(
     *,
     rate: float | None = None,
     window: tuple[float, float] | None = None,
+    imu_position: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Recording:
     """Read a flight from a PX4 log, for `continuair.identification.fit`.
 
@@ -80,6 +100,8 @@ def read_ulog(
         Rate of the rows [Hz]. Default: that of the slowest measurement.
     window : tuple of float, optional
         Start and end since the log's start [s]. Default: all.
+    imu_position : array_like, shape (3,), optional
+        Position of the accelerometer from the UAV's centre of mass, body axes with z up [m].
 
     Returns
     -------
@@ -96,10 +118,12 @@ def read_ulog(
     Roles: ``bend`` [1/m] or ``tip`` (its position, NED), one of which is required; ``thrust`` and
     ``torque`` on the UAV (FRD), or ``rotors`` (in the vehicle's order), times the value of 1 [N, N
     m]; ``bend_moment`` [N m²]; ``position`` (NED) and ``attitude`` (NED, FRD), by default PX4's
-    own.
+    own. Optional: ``velocity`` (NED, vx, vy and vz of vehicle_local_position), ``gyro`` [rad/s]
+    (FRD, of vehicle_angular_velocity or sensor_combined) and ``accelerometer`` [m/s²] (FRD, of
+    vehicle_acceleration or sensor_combined).
     """
     named = parse_topics(topics, _FIELDS, _DEFAULT)
-    chosen = choices(rate, window)
+    chosen = choices(rate, window, imu_position)
     checks.installed("pyulog", "logs")
     file = user_path("data", path)
     with of_log(printed(file)):
@@ -169,7 +193,7 @@ def _is_whole(data: bytes) -> bool:
 def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | None) -> Signal:
     """A topic's samples in our axes, over the seconds since the log's start; or InputError."""
     data = _instance(file, log, topic)
-    fields = topic.fields or _FIELDS[topic.role]
+    fields = topic.fields or _fields_of(topic)
     missing = [name for name in fields if name not in data]
     if missing or not fields:
         what = f"has no field {missing[0]}" if missing else "needs the names of its fields"
@@ -187,6 +211,12 @@ def _signal(file: Path, log: Any, topic: Topic, window: tuple[float, float] | No
     rows = topic.scaled(np.stack([data[name].astype(float) for name in fields], -1))
     convert = _OURS.get(topic.role, lambda rows: rows)
     return signal(topic, time, _converted(topic, rows, convert))
+
+
+def _fields_of(topic: Topic) -> tuple[str, ...]:
+    """Return the fields of a topic by default."""
+    combined = _instance_of(topic)[0] == "sensor_combined"
+    return _COMBINED.get(topic.role, ()) if combined else _FIELDS[topic.role]
 
 
 def _instance_of(topic: Topic) -> tuple[str, int | None]:
@@ -244,14 +274,15 @@ def _check_estimate(
     within = (time >= time.max(where=time <= first, initial=-np.inf)) & (
         time <= time.min(where=time >= last, initial=np.inf)
     )
-    for name, good in _VALID.items():
+    of_velocity = topic.role == "velocity"
+    for name, good in (_VALID_VELOCITY if of_velocity else _VALID).items():
         if name in data and (wrong := np.flatnonzero((data[name] > 0)[within] != good)).size:
             raise InputError(
                 str(topic),
                 f"is no estimate at {time[within][wrong[0]]:.6f} s ({name} is {1 - good})",
                 "choose a window in which it is",
             )
-    for name in _RESETS:
+    for name in _RESETS_OF_VELOCITY if of_velocity else _RESETS:
         if name in data and (jumps := np.flatnonzero(np.diff(data[name][within]))).size:
             at = time[within][jumps[0] + 1]
             raise InputError(
