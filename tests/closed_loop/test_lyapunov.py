@@ -291,8 +291,6 @@ def test_rounding_of_a_path_from_a_function_is_no_jerk_without_bound() -> None:
     [
         (paths.line([0, 0, 0], [0.3, 0, 0], 50.0, 1e-5), [True, False, True]),
         (paths.from_function(lambda t: [max(t - 1.0, 0.0) ** 2, 0, 0], 2.0), [True, True, False]),
-        (paths.from_function(lambda t: [np.sin(t), 0.1 * t**2, 0], 10.0), [True, True, True]),
-        (paths.from_function(lambda t: [1.0 + 0.02 * t, 0, 0.5], 10.0), [True, True, True]),
         (paths.from_function(slow_circle, 60.0), [True, True, True]),
     ],
 )
