@@ -10,11 +10,12 @@ import numpy as np
 
 from continuair.engine.engine import Engine
 from continuair.engine.lanes import packs_of
+from continuair.engine.pack import MOST_KEPT
 from continuair.flight.cohorts import INPUT_BYTES, Flight
 from continuair.flight.inputs import BYTES_AT_ONCE, field_width
 from continuair.signals.approximation import LEAST_SCAN, SCAN
 from continuair.typing import Array
-from continuair.vehicle.layout import FIELDS, MOTION, setpoint_columns, width_of
+from continuair.vehicle.layout import FIELDS, MOTION, setpoint_columns, watched_columns, width_of
 
 LOGGED = {"cpu": 1e8, "cuda": 2e9}
 """Memory of the logs, and the samples of inputs, of the runs of one thread [bytes]."""
@@ -32,8 +33,13 @@ _COPIES = 3
 _BYTES_PER_RUN = 1200.0
 """Memory for a run of any duration: start, counts, and its row in the provenance [bytes]."""
 
-_BYTES_PER_VEHICLE = 3000.0
-"""Memory for a packed vehicle [bytes]."""
+_BYTES_PER_VEHICLE = 1000.0
+"""Memory for a packed vehicle without its coefficients, of which some are made at once [bytes]."""
+
+_BYTES_OF_COEFFICIENTS = 5000.0
+
+_DERIVED = 25
+"""Columns of the arrays from which a variable is derived."""
 
 
 def runs_at_once(flight: Flight, engine: Engine, signals_alone: bool = False) -> int:
@@ -73,15 +79,19 @@ def working_bytes(flight: Flight, engine: Engine) -> float:
         size = runs_at_once(flight, engine)
     size = min(size, flight.runs)
     threads = min(engine.threads, -(-flight.runs // size)) if engine.device == "cpu" else 1
-    # The kernel's log, its copy in the order of runs or what is observed, and derived variables.
-    columns = 2 * flight.coupled.layout.log + engine.observed_columns + _NUMBERS_PER_SAMPLE
+    targets, log = flight.scenario.targets, flight.coupled.layout.log
+    # The kernel's log, and its copy in the order of runs, or variables that follow from it.
+    seen = width_of(watched_columns(len(targets[0].depths))) if targets else 0
+    columns = log + max(log, engine.observed_columns + 2 * seen + _DERIVED)
     each = engine.dtype.itemsize * columns * len(flight.marks.samples)
     each += 8 * _COPIES * (timed + _followed_numbers(flight))
     # A function of time returns the rows of all runs; fixed steps sample it for many of them.
     inputs = (timed > 0) * min(threads * BYTES_AT_ONCE, 8.0 * _COPIES * timed * flight.runs)
     inputs += (timed > 0) * (not flight.counted) * _COPIES * INPUT_BYTES[_kind(engine)]
-    per_run = _BYTES_PER_RUN + _BYTES_PER_VEHICLE * (flight.vehicle.runs is not None)
-    return float(threads * size * each + inputs + flight.runs * per_run)
+    vehicles = flight.vehicle.runs or 0
+    kept = vehicles if vehicles <= MOST_KEPT else threads * size
+    per_run = _BYTES_PER_RUN * flight.runs + _BYTES_PER_VEHICLE * vehicles
+    return float(threads * size * each + inputs + per_run + _BYTES_OF_COEFFICIENTS * kept)
 
 
 def _kind(engine: Engine) -> str:
