@@ -108,7 +108,7 @@ def test_inputs_over_time_of_many_runs_are_sampled_in_parts(
     whole = ca.simulate(vehicle, apart, sample=0.01)
     together = ca.run_pairs(vehicle, apart, sample=0.01)
     limit = 5.5 * next(prepare(vehicle, apart, sample=0.01).parts(np.arange(1))).drive.table.nbytes
-    monkeypatch.setattr("continuair.flight.cohorts._INPUT_BYTES", {"cpu": limit})
+    monkeypatch.setattr("continuair.flight.cohorts.INPUT_BYTES", {"cpu": limit})
     parts = list(prepare(vehicle, apart, sample=0.01).parts())
     assert [len(part.runs) for part in parts] == [5, 5, 2]
     assert all(part.drive.table.nbytes <= limit for part in parts)

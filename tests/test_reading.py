@@ -121,7 +121,7 @@ def test_a_file_of_others_gives_no_bytes_of_other_files_and_does_not_fill_the_me
 
 def test_what_a_flight_takes_is_known_before_it_is_flown(monkeypatch: pytest.MonkeyPatch) -> None:
     needed: dict[str, float] = {}
-    monkeypatch.setattr(simulate, "check_memory", needed.update)
+    monkeypatch.setattr(simulate, "check_memory", lambda kept, _: needed.update(kept))
     for name in ("paper", "dual_arm", "two_section"):
         vehicle = ca.load_vehicle(name)
         scenario = ca.Scenario("rest", np.zeros(vehicle.layout.coordinates), duration=0.02)

@@ -24,13 +24,17 @@ def free_memory() -> float:
     return min(found)
 
 
-def check_memory(needed: Mapping[str, float]) -> None:
-    """Raise InputError if results do not fit into memory; needed: bytes by variable."""
+def check_memory(needed: Mapping[str, float], working: float = 0.0) -> None:
+    """Raise InputError if results do not fit into memory.
+
+    needed: bytes by variable; working: bytes that computing them needs besides.
+    """
     total, free = sum(needed.values()), free_memory()
-    if total > free:
+    if total + working > free:
         largest = max(needed, key=lambda name: needed[name])
+        beside = f", computed in {working / 1e9:.3g} GB more," if working else ","
         raise InputError(
             "sample",
-            f"gives results of {total / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free",
+            f"gives results of {total / 1e9:.3g} GB{beside} but {free / 1e9:.3g} GB are free",
             f"keep fewer variables than {largest} and others, a coarser sample or fewer runs",
         )

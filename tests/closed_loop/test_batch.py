@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
-from continuair.flight import rollout
+from continuair.flight import chunks
 from tests.closed_loop import flights
 from tests.refusals import refused
 
@@ -64,8 +64,9 @@ def test_noisy_runs_do_not_depend_on_threads_or_on_how_the_batch_is_cut(
     )
     whole = fly(NOISY, scenario, threads=2)
     # Two runs per launch: their samples are what a launch may log.
-    numbers = 2.5 * 201 * rollout._NUMBERS_PER_SAMPLE
-    monkeypatch.setattr(rollout, "_LOGGED_AT_ONCE", {"cpu": numbers})
+    most = 2.5 * 8 * 201 * chunks._NUMBERS_PER_SAMPLE
+    monkeypatch.setattr(chunks, "CACHED", {"cpu": most})
+    monkeypatch.setattr(chunks, "LOGGED", {"cpu": most})
     assert_equal(fly(NOISY, scenario, threads=threads), whole)
 
 

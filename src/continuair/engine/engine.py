@@ -15,7 +15,7 @@ import warp as wp
 from continuair.engine.compiling import block_of, load, start_warp
 from continuair.engine.factory import Kernels, kernels
 from continuair.engine.lanes import packs_of, struct_rows, table_rows
-from continuair.engine.pack import pack_plants, pack_table, tree_of
+from continuair.engine.pack import Coefficients, pack_plants, tree_of
 from continuair.engine.packs import lanes_of
 from continuair.engine.rows import adjacent, forget_unreached
 from continuair.engine.term_checks import check_terms
@@ -129,11 +129,23 @@ class Engine:
             self.plants: Array = beside.plants
         else:
             self.plants = pack_plants(vehicle, self.kernels.types.Plant)
-        full = pack_table(vehicle, self.threads) if beside is None else beside.full_table
-        self.full_table: Array = full
+        own = Coefficients(vehicle, self.threads) if beside is None else beside.coefficients
+        self.coefficients: Coefficients = own
         self.observed = self.layout.observed
-        self.table: Array = self.full_table.astype(self.dtype, copy=False)
+        whole = own.whole
+        self._table = None if whole is None else whole.astype(self.dtype, copy=False)
         self._packed: dict[int, Any] = {}
+
+    @property
+    def table(self) -> Array:
+        """The coefficients (vehicles, rows, columns) of all vehicles."""
+        return self.table_of(slice(None))
+
+    def table_of(self, at: slice | Array) -> Array:
+        """Return the coefficients (n, rows, columns) of some vehicles, by their indices."""
+        if self._table is not None:
+            return self._table[at]
+        return self.coefficients.of(at).astype(self.dtype, copy=False)
 
     def on_one_thread(self) -> Engine:
         """Return the same engine for one thread, which may run beside others."""
@@ -287,7 +299,7 @@ class Engine:
         if isinstance(at, slice) and at == slice(None):
             return self._all_vehicles(found)
         out.plants = struct_rows(self.plants[at], found.types.Plant, found.lanes, self.device)
-        out.coefficients = table_rows(self.table[at], found.types.Row, found.lanes, self.device)
+        out.coefficients = table_rows(self.table_of(at), found.types.Row, found.lanes, self.device)
         return out
 
     def _all_vehicles(self, found: Kernels) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -29,6 +30,13 @@ from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
+
+OverTime = Array | Callable[[Array], Array]
+"""Numbers (times, runs or 1, columns), or, if these are many, a function of the wanted runs."""
+
+
+_KEPT = 2e8
+"""Largest size of numbers over time that are kept for all runs [bytes]."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +66,8 @@ class Scene:
 
     corners: Array
     desired: Array
-    motion: Array
-    motion_at_samples: Array
+    motion: OverTime
+    motion_at_samples: OverTime
 
 
 @dataclass(frozen=True)
@@ -75,7 +83,7 @@ class Guidance:
     issued: Array
     taken: Array
     slots: int
-    wanted: Array
+    wanted: OverTime
     upright: Array
 
 
@@ -188,7 +196,7 @@ class PackedLoop:
         found.cameras = struct_rows(_rows(self.cameras, runs), kernels.camera.Camera, *at)
         found.gains = struct_rows(_rows(self.gains, runs), kernels.Gains, *at)
         found.corners = engine.upload(scene.corners)
-        motion = _columns(scene.motion, runs)
+        motion = columns_of_runs(scene.motion, runs)
         if timing.every_stage and engine.method == TSIT5:
             # Memory for the motion at the time of each stage.
             motion = np.zeros((1, len(runs), width_of(MOTION)))
@@ -218,7 +226,7 @@ class PackedLoop:
         self._filled(found.sight, engine, runs)
         for name in ("issued", "taken"):
             setattr(found, name, engine.upload(getattr(guidance, name), wp.int32))
-        found.wanted = engine.upload(_columns(guidance.wanted, runs))
+        found.wanted = engine.upload(columns_of_runs(guidance.wanted, runs))
         found.upright = engine.upload(_rows(guidance.upright, runs))
         found.memory = engine.upload(np.zeros((len(runs), 1, kernels.remembered)))
         pushes = engine.layout.push.stop
@@ -262,7 +270,7 @@ def _nominal_model(model: Vehicle, engine: Engine, Camera: Any) -> NominalModel:
 
 
 def watch(
-    engine: Engine, log: Array, corners: Array, motion: Array, runs: Array | None = None
+    engine: Engine, log: Array, corners: Array, motion: OverTime, runs: Array | None = None
 ) -> Array:
     """Return camera and image features (runs, samples, columns) along rows (runs, samples, log).
 
@@ -283,7 +291,7 @@ def watch(
             engine.vehicles(runs, engine.kernels_for(len(log))).plants,
             struct_rows(cameras, of_camera.Camera, lanes, engine.device),
             engine.upload(corners),
-            engine.upload(_columns(motion, runs)),
+            engine.upload(columns_of_runs(motion, runs)),
             engine.upload(log),
             out,
         ],
@@ -364,5 +372,13 @@ def _rows(array: Array, runs: Array) -> Array:
     return array if len(array) == 1 else array[runs]
 
 
-def _columns(table: Array, runs: Array) -> Array:
+def over_time(evaluate: Callable[..., Array], numbers: int) -> OverTime:
+    """Return what a function of runs, by default all, returns: at once, unless it is too large."""
+    return evaluate if 8 * numbers > _KEPT else evaluate()
+
+
+def columns_of_runs(table: OverTime, runs: Array) -> Array:
+    """Return the columns (times, runs or 1, numbers) of some runs."""
+    if callable(table):
+        return table(runs)
     return table if table.shape[1] == 1 else table[:, runs]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -13,7 +14,7 @@ from continuair.sections import kind_of
 from continuair.terms import compiled_terms, pack_terms
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.layout import Layout
-from continuair.vehicle.runs import per_run
+from continuair.vehicle.runs import per_run, take
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -21,6 +22,9 @@ Array = np.ndarray
 
 # Vehicles whose moments are sampled at once, which bounds the memory on the host.
 _BLOCK = 1024
+
+MOST_KEPT = 65_536
+"""Most vehicles whose coefficients are kept, which take 2 to 5 kB each."""
 
 
 def tree_of(vehicle: Vehicle) -> Tree:
@@ -56,6 +60,32 @@ def pack_table(vehicle: Vehicle, threads: int) -> Array:
     # NumPy releases the interpreter lock, so that blocks run in parallel.
     with ThreadPoolExecutor(threads) as pool:
         return np.concatenate(list(pool.map(sample, blocks)))
+
+
+class Coefficients:
+    """Coefficients of the sections of a vehicle, or of a batch: those of many when they are used.
+
+    threads: as in `pack_table`.
+    """
+
+    def __init__(self, vehicle: Vehicle, threads: int) -> None:
+        self._vehicle, self._runs, self._threads = vehicle, vehicle.runs or 1, threads
+        self.whole = pack_table(vehicle, threads) if self._runs <= MOST_KEPT else None
+        # Each thread's last runs, which it uses several times.
+        self._last = threading.local()
+
+    def of(self, at: slice | Array) -> Array:
+        """Return the coefficients (n, rows, columns) of some vehicles, by their indices."""
+        if self.whole is not None:
+            return self.whole[at]
+        if isinstance(at, slice) and at == slice(None):
+            return pack_table(self._vehicle, self._threads)
+        runs, which = np.unique(np.arange(self._runs)[at], return_inverse=True)
+        key, (known, rows) = runs.tobytes(), getattr(self._last, "rows", (None, None))
+        if rows is None or known != key:
+            rows = pack_table(take(self._vehicle, runs), 1)
+            self._last.rows = key, rows
+        return rows[which.ravel()]
 
 
 def _wide(table: Array, columns: int) -> Array:

@@ -99,10 +99,8 @@ def _acting(drive: Drive, rows: int) -> SimpleNamespace:
 
 def _vehicles(engine: Engine, Plant: Any, runs: Array | None) -> SimpleNamespace:
     """Return what stands for the struct of vehicles: rows of structs and of vectors."""
-    own = runs is not None and len(engine.plants) > 1
-    plants, table = (
-        (engine.plants[runs], engine.table[runs]) if own else (engine.plants, engine.table)
-    )
+    own: Array | slice = slice(None) if runs is None or len(engine.plants) == 1 else runs
+    plants, table = engine.plants[own], engine.table_of(own)
 
     def plant(index: Any) -> Struct:
         return struct_from(Plant, plants[index])

@@ -13,24 +13,17 @@ from continuair.engine.compiling import load_together
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over, motion_of
+from continuair.flight.chunks import runs_at_once
 from continuair.flight.cohorts import Flight
-from continuair.flight.inputs import field_width
 from continuair.flight.signals import grid_of_ticks, inputs_of, ticks_of
-from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
+from continuair.flight.trajectory import Recorder
 from continuair.kernels.adaptive import SATURATION
 from continuair.signals import fit
 from continuair.typing import Array
-from continuair.vehicle.layout import FIELDS, MOTION, width_of
-
-_BYTES = {"cpu": 1e8, "cuda": 2e9}
-"""Memory of the logs, and the samples of inputs, of runs simulated at once [bytes]."""
+from continuair.vehicle.layout import MOTION, width_of
 
 _KEPT = 2e8
 """Largest size of the inputs that a flight keeps [bytes]."""
-
-_NUMBERS_PER_SAMPLE = 50
-_SCANNED = 4000
-"""Samples of an input per second, of every run with its own input."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,31 +86,33 @@ def _inputs(flight: Flight, runs: NDArray[np.intp]) -> Inputs:
     if key in kept:
         return kept[key]
     layout = flight.coupled.layout
-    found = inputs_of(flight.scenario, flight.duration, layout, flight.groups, runs)
+    found = inputs_of(flight.scenario, flight.duration, layout, flight.groups, runs, flight.runs)
     if sum(each.nbytes for each in kept.values()) + found.nbytes < _KEPT:
         kept[key] = found
     return found
 
 
-def record(recorder: Recorder) -> None:
-    """Simulate the runs of a recorder, within the tolerance of its flight."""
+def record(recorder: Recorder, runs: NDArray[np.intp], among: int) -> None:
+    """Simulate some runs of a recorder, by their indices, within the tolerance of its flight.
+
+    among: the runs of the whole flight.
+    """
     flight = recorder.flight
     tolerance = flight.tolerance
     assert tolerance is not None
     engine = flight.engine(recorder.model, recorder.dtype)
-    observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
+    observe = recorder.observes
     alone = engine.on_one_thread()
     ticks = ticks_of(flight.scenario, flight.duration, flight.marks.samples)
     loop = _loop(flight, ticks)
     size = runs_at_once(flight, engine)
     alone.load_rollout(loop, size)
 
-    def work(runs: NDArray[np.intp]) -> None:
-        """Simulate and record some runs."""
-        launch = launch_of(flight, runs, ticks, tolerance, _motion(flight, loop, runs))
-        recorder.keep_counted(runs, *_Part(launch, loop).fly(alone, observe, len(recorder.runs)))
+    def work(some: NDArray[np.intp]) -> None:
+        """Simulate and record some of these runs."""
+        launch = launch_of(flight, some, ticks, tolerance, _motion(flight, loop, some))
+        recorder.keep_counted(some, *_Part(launch, loop).fly(alone, observe, among))
 
-    runs = recorder.runs
     engine.side_by_side(work, [runs[at : at + size] for at in range(0, len(runs), size)])
 
 
@@ -149,25 +144,6 @@ def _motion(flight: Flight, loop: Loop | None, runs: NDArray[np.intp]) -> Track 
 
     def evaluate(times: Array) -> Array:
         """Return position and velocity of each run's target."""
-        rows = motion_of(flight.scenario, times)
-        return rows if rows.shape[1] == 1 else rows[:, runs]
+        return motion_of(flight.scenario, times, runs)
 
     return Track(fit(evaluate, flight.duration), np.arange(width_of(MOTION)))
-
-
-def runs_at_once(flight: Flight, engine: Engine, signals_alone: bool = False) -> int:
-    """Return how many runs fit into memory, in whole packs.
-
-    With their logs, of which every thread has some, or with their inputs alone.
-    """
-    kind = engine.device.split(":")[0]
-    numbers = 1 if signals_alone else _NUMBERS_PER_SAMPLE * len(flight.marks.samples)
-    scenario, layout = flight.scenario, flight.coupled.layout
-    timed = [name for name in FIELDS if callable(getattr(scenario, name))]
-    width = sum(field_width(name, layout) for name in timed)
-    numbers += int(_SCANNED * max(1.0, flight.duration)) * width
-    size = max(1, min(flight.runs, int(_BYTES[kind] / (8 * numbers))))
-    if kind == "cpu" and not signals_alone:
-        size = min(size, -(-flight.runs // engine.threads))
-    lanes = engine.lanes(size)
-    return lanes * -(-size // lanes)

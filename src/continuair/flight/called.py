@@ -14,7 +14,7 @@ from continuair.engine.rows import forget_unreached
 from continuair.errors import InputError, shown
 from continuair.flight.cohorts import Cohort
 from continuair.flight.time_grid import Grid, call_times
-from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
+from continuair.flight.trajectory import Recorder
 from continuair.kernels.step import OK
 from continuair.scenario.wrench import FlightState, Wrench
 from continuair.typing import Array
@@ -40,8 +40,7 @@ def record_called(recorder: Recorder, stacklevel: int) -> None:
     ((runs, grid),) = flight.grids()
     cohort = flight.cohort(runs, grid)
     engine = flight.engine(recorder.model, recorder.dtype)
-    observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
-    recorder.keep(cohort, _Pieces(cohort, engine, calls).fly(observe))
+    recorder.keep(cohort, _Pieces(cohort, engine, calls).fly(recorder.observes))
 
 
 class _Pieces:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Engine, Start
-from continuair.engine.loop import Loop, Scene, Timing, watch
+from continuair.engine.loop import Loop, Scene, Timing, over_time, watch
 from continuair.errors import InputError, shown
 from continuair.flight.guiding import guidance_over
 from continuair.flight.time_grid import Grid, instants_at, stage_times
@@ -18,7 +18,7 @@ from continuair.scenario.paths import Path
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.arc import angles_of_branch
-from continuair.vehicle.layout import watched_columns
+from continuair.vehicle.layout import MOTION, watched_columns, width_of
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
@@ -54,10 +54,14 @@ def _seeds(given: int | Sequence[int], runs: int) -> NDArray[np.int32]:
     return np.broadcast_to(np.array(own, np.uint32).view(np.int32), runs)
 
 
-def motion_of(scenario: Scenario, times: Array) -> Array:
-    """Return centroids of the targets and their velocities (times, targets, MOTION), world axes."""
-    at = np.asarray(times, float).tobytes()
-    return np.stack([_motion(target.path, at) for target in scenario.targets], axis=1)
+def motion_of(scenario: Scenario, times: Array, runs: NDArray[np.intp] | None = None) -> Array:
+    """Return centroids of the targets and their velocities (times, targets, MOTION), world axes.
+
+    runs: those of some runs, if each has a target.
+    """
+    at, targets = np.asarray(times, float).tobytes(), scenario.targets
+    some = targets if runs is None or len(targets) == 1 else [targets[run] for run in runs]
+    return np.stack([_motion(target.path, at) for target in some], axis=1)
 
 
 @lru_cache(maxsize=16)
@@ -177,7 +181,10 @@ def _scene(scenario: Scenario, grid: Grid, every_stage: bool) -> Scene:
     targets = scenario.targets
     times = stage_times(grid) if every_stage else grid.starts
     desired = np.stack([target.desired for target in targets])
-    motion, at_samples = (motion_of(scenario, at) for at in (times, grid.samples))
+    motion, at_samples = (
+        over_time(partial(motion_of, scenario, at), len(targets) * len(at) * width_of(MOTION))
+        for at in (times, grid.samples)
+    )
     return Scene(np.asarray(targets[0].points), desired, motion, at_samples)
 
 

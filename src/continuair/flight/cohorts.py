@@ -22,7 +22,7 @@ from continuair.vehicle.layout import COMMAND, FIELDS
 from continuair.vehicle.vehicle import Vehicle
 
 # Most memory of the inputs of one part of a batch, if every run has its own over time [bytes].
-_INPUT_BYTES = {"cpu": 1e8, "cuda": 2e9}
+INPUT_BYTES = {"cpu": 1e8, "cuda": 2e9}
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ class Flight:
         if not timed or at_start.shape[1] == 1:
             return self.runs
         bytes_per_run = 8 * at_start.shape[2] * len(stage_times(grid))
-        return max(1, int(_INPUT_BYTES[self.coupled.device.split(":")[0]] / bytes_per_run))
+        return max(1, int(INPUT_BYTES[self.coupled.device.split(":")[0]] / bytes_per_run))
 
     def cohort(self, runs: NDArray[np.intp], grid: Grid) -> Cohort:
         """Return some runs over a time grid."""
@@ -188,5 +188,5 @@ class Flight:
 
     def drive(self, times: Array, runs: NDArray[np.intp]) -> Drive:
         """Return the inputs of some runs at some times."""
-        table, timed = sample_inputs(self.scenario, times, self.coupled.layout, runs)
+        table, timed = sample_inputs(self.scenario, times, self.coupled.layout, runs, self.runs)
         return Drive(table, timed, self.groups, self.scenario.gravity)

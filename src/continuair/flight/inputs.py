@@ -17,6 +17,12 @@ from continuair.vehicle.layout import FIELDS, OF_NAME, Layout
 
 _TIMES_AT_ONCE = 256
 
+BYTES_AT_ONCE = 1e8
+"""Memory for values of a function of time, which returns those of all runs [bytes]."""
+
+_COPIES = 4
+"""Arrays of their size that a check of these values needs."""
+
 
 CALLED = ("force", "moment", "tip_wrench")
 """Fields of a scenario to which a force_callback adds."""
@@ -43,11 +49,16 @@ def field_width(field: str, layout: Layout) -> int:
 
 
 def sample_inputs(
-    scenario: Scenario, times: Array, layout: Layout, runs: NDArray[np.intp] | None = None
+    scenario: Scenario,
+    times: Array,
+    layout: Layout,
+    runs: NDArray[np.intp] | None = None,
+    among: int = 1,
 ) -> tuple[Array, bool]:
     """Return a table (times or 1, runs or 1, inputs), and whether it changes over time.
 
-    runs: indices of the wanted runs, for inputs with a row per run. Raises InputError.
+    runs: indices of the wanted runs, for inputs with a row per run; among: the runs of the whole
+    flight. Raises InputError.
     """
     parts: list[tuple[str, Array]] = []
     for field in FIELDS:
@@ -55,7 +66,7 @@ def sample_inputs(
         if value is not None:
             sign = scenario.tip_wrench_sign if field == "tip_wrench" else 1.0
             width = field_width(field, layout)
-            parts.append((field, sign * _at(field, value, times, width, runs)))
+            parts.append((field, sign * _at(field, value, times, width, runs, among)))
     rows = max((v.shape[0] for _, v in parts), default=1)
     count = max((v.shape[1] for _, v in parts), default=1)
     if any(v.shape[1] not in (1, count) for _, v in parts):
@@ -71,7 +82,9 @@ def sample_inputs(
     return table, rows > 1
 
 
-def _at(name: str, value: Any, times: Array, width: int, runs: NDArray[np.intp] | None) -> Array:
+def _at(
+    name: str, value: Any, times: Array, width: int, runs: NDArray[np.intp] | None, among: int
+) -> Array:
     """Return an input at every time: (times or 1, runs or 1, width)."""
     if not callable(value):
         constant = np.asarray(value, float)
@@ -79,11 +92,17 @@ def _at(name: str, value: Any, times: Array, width: int, runs: NDArray[np.intp] 
     # Steps share their ends: each time is evaluated once.
     distinct, index = np.unique(times, return_inverse=True)
     # In blocks, as a function may return rows of more runs than are wanted.
-    blocks = np.array_split(distinct, -(-len(distinct) // _TIMES_AT_ONCE))
+    most = min(_TIMES_AT_ONCE, times_at_once(among, width))
+    blocks = np.array_split(distinct, -(-len(distinct) // most))
     parts = [_some(evaluated(name, value, block, width), runs) for block in blocks]
     if len({part.shape[1] for part in parts}) > 1:
         raise _changing_shape(name, width)
     return np.concatenate(parts)[index]
+
+
+def times_at_once(runs: int, width: int) -> int:
+    """Return at how many times a function that returns rows of all runs is evaluated at once."""
+    return max(1, int(BYTES_AT_ONCE / (8 * _COPIES * runs * width)))
 
 
 def evaluated(name: str, value: Any, times: Array, width: int) -> Array:

@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from continuair.engine.engine import Logs
 from continuair.flight.resolution import in_runs
-from continuair.flight.trajectory import Recorder
+from continuair.flight.trajectory import Recorder, Rows, values_of
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
 from continuair.warning import untold, warn
@@ -22,24 +23,63 @@ def with_limited_command(names: tuple[str, ...], scenario: Scenario) -> tuple[st
     return (*names, "command") if limited else names
 
 
-def warn_of_limits(recorder: Recorder, stacklevel: int) -> None:
-    """Warn, `stacklevel` frames up, if the controller's command is at its limits at samples."""
+class LimitWatch:
+    """Reduction of a recorder: where commands of its runs are at the controller's limits.
+
+    counts, first (runs,): number of such samples, and index of the first one; names: of limits.
+    """
+
+    def __init__(self, recorder: Recorder) -> None:
+        self.flight = recorder.flight
+        self.counts = np.zeros(len(recorder.runs), int)
+        self.first = np.zeros(len(recorder.runs), int)
+        self.names: dict[str, bool] = {}
+
+    def __call__(self, rows: Rows, runs: NDArray[np.intp], logs: Logs) -> None:
+        """Count the samples of some runs at limits."""
+        (command,) = values_of("command", logs, self.flight, runs)
+        parts = _at_limits(self.flight.scenario, command, runs)
+        for name, each in parts.items():
+            self.names[name] = bool(each.any()) or self.names.get(name, False)
+        at = np.any(list(parts.values()), axis=0)
+        self.counts[rows], self.first[rows] = at.sum(axis=1), at.argmax(axis=1)
+
+
+def watch_limits(recorder: Recorder) -> LimitWatch | None:
+    """Return what watches a recorder's commands, None for a controller without limits."""
     controller = recorder.flight.scenario.controller
     if controller is None or controller.at_limits is None:
+        return None
+    watched = LimitWatch(recorder)
+    recorder.reductions.append(watched)
+    return watched
+
+
+def warn_of_limits(watched: LimitWatch | None, stacklevel: int) -> None:
+    """Warn, `stacklevel` frames up, if commands were at the controller's limits at samples."""
+    if watched is None or not watched.counts.any():
         return
-    parts = controller.at_limits(controller.gains, recorder.values("command"))
-    at = np.any(list(parts.values()), axis=0)
-    if not at.any():
-        return
-    runs = at.any(axis=1)
-    of = in_runs(runs.sum(), len(runs))
-    first = recorder.flight.marks.samples[np.flatnonzero(at.any(axis=0))[0]]
-    names = ", ".join(name for name, each in parts.items() if each.any())
+    controller = watched.flight.scenario.controller
+    assert controller is not None
+    runs = watched.counts > 0
+    of, samples = in_runs(runs.sum(), len(runs)), watched.flight.marks.samples
+    first, share = samples[watched.first[runs].min()], watched.counts[runs].mean() / len(samples)
+    names = ", ".join(name for name, reached in watched.names.items() if reached)
     warn(
         f"controller {controller.name} reaches its limits{of}: {names} from t = {first:.3g} s, "
-        f"at {100.0 * at[runs].mean():.3g} % of the samples; see command, or raise the limits.",
+        f"at {100.0 * share:.3g} % of the samples; see command, or raise the limits.",
         stacklevel=stacklevel,
     )
+
+
+def _at_limits(scenario: Scenario, command: Array, runs: NDArray[np.intp]) -> dict[str, Array]:
+    """Return at which samples commands (runs, time, number) of some runs are at each limit."""
+    controller = scenario.controller
+    assert controller is not None and controller.at_limits is not None
+    gains = controller.gains
+    if controller.runs is not None and controller.runs > 1:
+        gains = {name: values[runs] for name, values in gains.items()}
+    return controller.at_limits(gains, command)
 
 
 def share_at_limits(scenario: Scenario, flown: xr.Dataset, chosen: NDArray[np.intp]) -> Array:
@@ -50,10 +90,7 @@ def share_at_limits(scenario: Scenario, flown: xr.Dataset, chosen: NDArray[np.in
     controller = scenario.controller
     if controller is None or controller.at_limits is None:
         return np.zeros(len(chosen))
-    gains = controller.gains
-    if controller.runs is not None and controller.runs > 1:
-        gains = {name: values[chosen] for name, values in gains.items()}
-    parts = controller.at_limits(gains, flown["command"].to_numpy())
+    parts = _at_limits(scenario, flown["command"].to_numpy(), chosen)
     found: Array = np.any(list(parts.values()), axis=0).mean(axis=1)
     return found
 

@@ -6,17 +6,17 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from continuair.engine.engine import Engine
-from continuair.engine.lanes import packs_of
-from continuair.flight import adaptive
-from continuair.flight.cohorts import Cohort, Flight
-from continuair.flight.trajectory import OBSERVED_VARIABLES, Recorder
+from continuair.flight import adaptive, chunks
+from continuair.flight.cohorts import Flight
+from continuair.flight.trajectory import Recorder
 from continuair.typing import Array
 from continuair.vehicle.runs import per_run
 
-# Numbers that are logged at once before they are recorded: on the CPU they fit the cache.
-_LOGGED_AT_ONCE = {"cpu": 1.0e6, "cuda": 2.0e7}
-_NUMBERS_PER_SAMPLE = 50
+_PLACES = 4e8
+"""Memory for the tips of runs that are simulated a second time [bytes]."""
+
+_COPIES = 8
+"""Arrays of their size that a comparison of tips needs."""
 
 
 def fly(
@@ -32,22 +32,47 @@ def fly(
     """
     recorder = Recorder(flight, model, names, "float64", runs)
     record(recorder, check=check)
-    recorder.names = names
     return recorder.dataset(recorder.step)
 
 
 def record(recorder: Recorder, *, check: bool = False) -> None:
     """Simulate the runs of a recorder; check: also with finer steps, for error_estimate."""
     if not check:
-        _record(recorder)
+        _record(recorder, recorder.runs)
         return
     place = "tip_position" if recorder.flight.vehicle.arms else "position"
-    recorder.names = tuple(dict.fromkeys((*recorder.names, place)))
-    _record(recorder)
-    flight, runs = recorder.flight.finer(), recorder.runs
-    second = Recorder(flight, recorder.model, (place,), recorder.dtype, runs)
-    _record(second)
-    recorder.error_estimate = error_between(recorder, second, place)
+    finer, size = recorder.flight.finer(), _compared_at_once(recorder)
+    estimate = recorder.error_estimate = np.empty(len(recorder.runs))
+    for first in range(0, len(recorder.runs), size):
+        at = slice(first, first + size)
+        runs = recorder.runs[at]
+        coarse, fine = (
+            Recorder(each, recorder.model, (place,), recorder.dtype, runs)
+            for each in (recorder.flight, finer)
+        )
+        with recorder.beside(coarse):
+            _record(recorder, runs)
+        _record(fine, runs, len(recorder.runs))
+        estimate[at] = error_between(coarse, fine, place)
+
+
+def working_bytes(recorder: Recorder, check: bool = False) -> float:
+    """Return the memory that the simulation of a recorder needs besides its results [bytes]."""
+    flight = recorder.flight
+    bytes_used = chunks.working_bytes(flight, flight.engine(recorder.model, recorder.dtype))
+    compared = min(_compared_at_once(recorder), len(recorder.runs))
+    return bytes_used + check * compared * _bytes_of_place(recorder)
+
+
+def _compared_at_once(recorder: Recorder) -> int:
+    """Return of how many runs the tips of two flights fit into memory."""
+    return max(1, int(_PLACES / _bytes_of_place(recorder)))
+
+
+def _bytes_of_place(recorder: Recorder) -> float:
+    """Return the memory for a comparison of a run's tips [bytes]."""
+    numbers = 3 * max(1, len(recorder.flight.vehicle.arms)) * len(recorder.flight.marks.samples)
+    return 8.0 * _COPIES * numbers
 
 
 def error_between(recorder: Recorder, finer: Recorder, place: str) -> Array:
@@ -62,17 +87,18 @@ def error_between(recorder: Recorder, finer: Recorder, place: str) -> Array:
     return np.where(recorder.status == finer.status, largest / reach, np.inf)
 
 
-def _record(recorder: Recorder) -> None:
-    """Simulate the runs of a recorder once."""
+def _record(recorder: Recorder, runs: NDArray[np.intp], among: int | None = None) -> None:
+    """Simulate some runs of a recorder once; among: the runs of the whole flight."""
     flight = recorder.flight
+    among = len(recorder.runs) if among is None else among
     if flight.counted:
-        adaptive.record(recorder)
+        adaptive.record(recorder, runs, among)
         return
     engine = flight.engine(recorder.model, recorder.dtype)
-    observe = any(name in OBSERVED_VARIABLES for name in recorder.names)
-    alone, among = engine.on_one_thread(), len(recorder.runs)
-    for cohort in flight.parts(recorder.runs):
-        size = _runs_at_once(cohort, engine)
+    observe = recorder.observes
+    alone = engine.on_one_thread()
+    for cohort in flight.parts(runs):
+        size = chunks.cached_runs_at_once(cohort.grid.samples, len(cohort.runs), engine)
         alone.load_rollout(cohort.loop, size)
         parts = (
             cohort.part(slice(first, first + size), observe)
@@ -81,18 +107,3 @@ def _record(recorder: Recorder) -> None:
         engine.side_by_side(
             lambda part: recorder.keep(part, part.fly(alone, observe, among)), parts
         )
-
-
-def _runs_at_once(cohort: Cohort, engine: Engine) -> int:
-    """Return how many runs of a group fit into memory, in whole packs."""
-    kind, runs = engine.device.split(":")[0], len(cohort.runs)
-    size = most_runs(cohort.grid.samples, _LOGGED_AT_ONCE[kind])
-    if kind == "cpu":
-        size = min(size, -(-runs // engine.threads))
-    lanes = engine.kernels_for(size).lanes
-    return lanes * packs_of(size, lanes)
-
-
-def most_runs(samples: Array, numbers: float) -> int:
-    """Return how many runs with some samples have that many numbers."""
-    return max(1, int(numbers / (len(samples) * _NUMBERS_PER_SAMPLE)))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from continuair.engine.adaptive import Inputs, Ticks, Track
 from continuair.errors import InputError
-from continuair.flight.inputs import asked, evaluated
+from continuair.flight.inputs import asked, evaluated, times_at_once
 from continuair.flight.time_grid import Grid, control_times
 from continuair.scenario.scenarios import Scenario
 from continuair.signals import Signal, UnresolvedSignal, constant, fit
@@ -29,6 +29,7 @@ def inputs_of(
     layout: Layout,
     groups: int,
     runs: NDArray[np.intp] | None = None,
+    among: int = 1,
 ) -> Inputs:
     """Return the inputs of a vehicle over a flight.
 
@@ -44,6 +45,8 @@ def inputs_of(
         Bits of the groups of inputs in use.
     runs : ndarray of int, optional
         Runs that are wanted, for inputs with a row per run. Default: all.
+    among : int, optional
+        Runs of the whole flight, which limit the times at which a function is evaluated at once.
 
     Returns
     -------
@@ -67,7 +70,7 @@ def inputs_of(
         )
         sign = scenario.tip_wrench_sign if name == "tip_wrench" else 1.0
         if callable(value):
-            signal = signal_of(name, value, duration, len(columns), scenario.jumps, runs)
+            signal = signal_of(name, value, duration, len(columns), scenario.jumps, runs, among)
             if not signal.is_constant:
                 tracks.append(Track(signal.scaled(sign), columns))
                 continue
@@ -105,6 +108,7 @@ def signal_of(
     width: int,
     jumps: tuple[float, ...] = (),
     runs: NDArray[np.intp] | None = None,
+    among: int = 1,
 ) -> Signal:
     """Return a function of time as a signal: its own, if it has one, or a fit.
 
@@ -127,9 +131,10 @@ def signal_of(
         nonlocal first
         given = evaluated if first else asked
         parts = []
+        most = min(_AT_ONCE, times_at_once(among, width))
         # In blocks, as rows of all runs are returned, but only the wanted ones kept.
-        for at in range(0, len(times), _AT_ONCE):
-            rows = given(name, value, times[at : at + _AT_ONCE], width)
+        for at in range(0, len(times), most):
+            rows = given(name, value, times[at : at + most], width)
             parts.append(rows if runs is None or rows.shape[1] == 1 else rows[:, runs])
         first = False
         if len({part.shape[1] for part in parts}) > 1:

@@ -12,7 +12,7 @@ from continuair import checks
 from continuair.engine.adaptive import Tolerance
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.called import record_called
-from continuair.flight.limits import warn_of_limits, with_limited_command
+from continuair.flight.limits import warn_of_limits, watch_limits
 from continuair.flight.prepare import (
     DEFAULT_TOLERANCE,
     check_scenario,
@@ -25,7 +25,7 @@ from continuair.flight.resolution import (
     warn_of_rounded_places,
     warn_of_saturation,
 )
-from continuair.flight.rollout import record
+from continuair.flight.rollout import record, working_bytes
 from continuair.flight.trajectory import (
     OF_ROTORS,
     OF_SECTION,
@@ -143,8 +143,9 @@ def simulate(
         method=method,
         with_callback=True,
     )
-    recorder = Recorder(flight, model, with_limited_command(names, scenario), dtype)
-    check_memory(recorder.needed())
+    recorder = Recorder(flight, model, names, dtype)
+    check_memory(recorder.needed(), working_bytes(recorder, checked))
+    limits = watch_limits(recorder)
     if scenario.force_callback is not None:
         record_called(recorder, stacklevel=3)
     else:
@@ -152,8 +153,7 @@ def simulate(
     if recorder.error_estimate is not None:
         warn_of_errors(recorder.error_estimate, stacklevel=3)
     warn_of_saturation(recorder.saturation, stacklevel=3)
-    warn_of_limits(recorder, stacklevel=3)
-    recorder.names = names
+    warn_of_limits(limits, stacklevel=3)
     return recorder.dataset(recorder.step)
 
 

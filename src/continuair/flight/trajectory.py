@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 from typing import Any
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 from xarray.indexes import PandasIndex
 
 from continuair.engine.engine import Logs
+from continuair.engine.loop import columns_of_runs
 from continuair.engine.rows import adjacent
 from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.labels import labels_of
@@ -112,10 +115,18 @@ _LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "com
 """Variables that are a slice of the log, by the name of that slice in `Layout`."""
 
 
+Rows = NDArray[np.intp] | slice
+"""Rows of a recorder's arrays."""
+
+Reduction = Callable[[Rows, NDArray[np.intp], Logs], None]
+"""Function of the rows, indices and logs of some runs; threads may call it at the same time."""
+
+
 class Recorder:
     """Records variables of a flight's runs during the simulation, part by part.
 
-    names: of VARIABLES; runs: indices of the runs that are recorded, all by default.
+    names: of VARIABLES; runs: indices of the runs that are recorded, all by default. reductions:
+    called with each part's logs, for results of variables that are not kept.
     """
 
     def __init__(
@@ -136,6 +147,29 @@ class Recorder:
         self.counts = np.zeros((len(self.runs), COUNTS))
         self.error_estimate: Array | None = None
         self.saturation = np.zeros(len(self.runs))
+        self.reductions: list[Reduction] = []
+        self._observes_beside = False
+
+    @property
+    def observes(self) -> bool:
+        """Whether a variable, also one of a recorder beside this one, is computed from the log."""
+        return self._observes_beside or any(name in OBSERVED_VARIABLES for name in self.names)
+
+    @contextmanager
+    def beside(self, other: Recorder) -> Iterator[None]:
+        """Let another recorder keep its variables of the same logs, while the context lasts."""
+
+        def keep(_: Rows, runs: NDArray[np.intp], logs: Logs) -> None:
+            """Record the variables of some runs."""
+            other._keep_values(runs, logs)
+
+        self.reductions.append(keep)
+        self._observes_beside = other.observes
+        try:
+            yield
+        finally:
+            self.reductions.remove(keep)
+            self._observes_beside = False
 
     @property
     def step(self) -> dict[str, float]:
@@ -179,15 +213,17 @@ class Recorder:
         self.end_time[at] = np.where(logs.status == OK, self.flight.duration, counts[:, REACHED])
         self.saturation[at] = counts[:, SATURATION]
 
-    def _keep_values(self, runs: NDArray[np.intp], logs: Logs) -> NDArray[np.intp] | slice:
+    def _keep_values(self, runs: NDArray[np.intp], logs: Logs) -> Rows:
         """Record variables and status of some runs, and return their rows."""
         at = adjacent(self._row[runs])
+        for reduce in self.reductions:
+            reduce(at, runs, logs)
         for name in self.names:
             self._put(at, name, values_of(name, logs, self.flight, runs))
         self.status[at] = logs.status
         return at
 
-    def _put(self, at: NDArray[np.intp] | slice, name: str, parts: tuple[Array, ...]) -> None:
+    def _put(self, at: Rows, name: str, parts: tuple[Array, ...]) -> None:
         """Record a variable of some runs, whose columns come in parts."""
         if name not in self._values:
             width = sum(part.shape[-1] for part in parts)
@@ -362,8 +398,8 @@ def _watched(name: str, logs: Logs, flight: Flight, runs: NDArray[np.intp]) -> A
         return rows if len(rows) == 1 else rows[runs]
 
     if name in ("target_position", "target_velocity"):
-        of_motion = scene.motion_at_samples[..., MOTION[name.removeprefix("target_")]]
-        rows = of_runs(np.moveaxis(of_motion, 0, 1))
+        motion = columns_of_runs(scene.motion_at_samples, runs)
+        rows = np.moveaxis(motion[..., MOTION[name.removeprefix("target_")]], 0, 1)
         return np.broadcast_to(rows, (*watched.shape[:2], 3))
     if name in columns:
         return watched[..., columns[name]]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair import checks
 from continuair.errors import InputError, shown
@@ -113,7 +114,7 @@ class Setpoints(Immutable):
             )
         return counts.pop() if counts else None
 
-    def at(self, name: str, instants: Array) -> Array | None:
+    def at(self, name: str, instants: Array, runs: NDArray[np.intp] | None = None) -> Array | None:
         """Return a set-point at some times.
 
         Parameters
@@ -122,13 +123,15 @@ class Setpoints(Immutable):
             The set-point.
         instants : ndarray, shape (times,)
             Times [s].
+        runs : ndarray of int, optional
+            Runs that are wanted. Default: all.
 
         Returns
         -------
         ndarray, shape (runs or 1, times, width), or None
             The set-point, or None if it is not given.
         """
-        found = self._given_at(name, instants)
+        found = self._given_at(name, instants, runs)
         if found is None or not self._rests(name):
             return found
         # Before the first and after the last time the set-point is constant.
@@ -137,19 +140,23 @@ class Setpoints(Immutable):
         within = (instants >= times[0] - slack) & (instants <= times[-1] + slack)
         return np.where(within[:, None], found, 0.0)
 
-    def _given_at(self, name: str, instants: Array) -> Array | None:
+    def _given_at(self, name: str, instants: Array, runs: NDArray[np.intp] | None) -> Array | None:
         """Return a set-point as `at` does, by itself."""
         value = getattr(self, name)
         if value is None:
             return None
         if callable(value):
-            found = [_rows(name, _called(name, value, t), None) for t in instants.tolist()]
+            found = [
+                _of_runs(_rows(name, _called(name, value, t), None), runs)
+                for t in instants.tolist()
+            ]
             if len({rows.shape for rows in found}) > 1:
                 raise InputError(name, "of the setpoints changes its shape over time", "keep it")
             for i in checks.asked_again(len(instants)):
                 again = _rows(name, _called(name, value, float(instants[i])), None)
-                checks.repeats(f"{name} of the setpoints", found[i], again)
+                checks.repeats(f"{name} of the setpoints", found[i], _of_runs(again, runs))
             return np.concatenate(found, axis=1)
+        value = _of_runs(value, runs)
         if self.times is None:
             return np.broadcast_to(value, (len(value), len(instants), value.shape[-1]))
         times = np.asarray(self.times)
@@ -173,6 +180,11 @@ class Setpoints(Immutable):
         """
         found = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: _plain(value) for name, value in found.items() if value is not None}
+
+
+def _of_runs(rows: Array, runs: NDArray[np.intp] | None) -> Array:
+    """Return the rows (runs or 1, times or 1, width) of some runs."""
+    return rows if runs is None or len(rows) == 1 else rows[runs]
 
 
 def _warn_of_wraps(yaw: Array, times: Array) -> None:

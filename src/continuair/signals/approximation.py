@@ -19,7 +19,7 @@ TOLERANCE = 1e-10
 SCAN = 0.25e-3
 """Spacing of the scan [s]; pulses of four times that length are detected."""
 
-_LEAST_SCAN = 64
+LEAST_SCAN = 64
 _SHORTEST = 1e-3
 """Shortest piece, as a share of the scan's spacing; a fit that fails there marks a kink."""
 
@@ -112,7 +112,7 @@ class _Function:
     @cached_property
     def scan(self) -> Array:
         """Return the times of the scan, jittered because equal spacing would alias."""
-        count = max(_LEAST_SCAN, int(np.ceil(self.duration / SCAN)))
+        count = max(LEAST_SCAN, int(np.ceil(self.duration / SCAN)))
         jitter = 0.4 * (np.random.default_rng(1).random(count) - 0.5)
         return np.asarray((np.arange(count) + 0.5 + jitter) * (self.duration / count))
 

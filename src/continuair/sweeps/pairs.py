@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from continuair import checks
 from continuair.engine.pairs import ControlledPairs, Pairs
 from continuair.errors import InputError, shown
-from continuair.flight.adaptive import compile_models, launch_of, runs_at_once
+from continuair.flight.adaptive import compile_models, launch_of
+from continuair.flight.chunks import runs_at_once
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import warn_of_runs_at_limits
 from continuair.flight.prepare import DEFAULT_TOLERANCE, prepare, step_for, tolerance_for
