@@ -52,13 +52,17 @@ def _check_count(name: str, value: Any, rotors: int) -> None:
     )
 
 
-def _check_start(highest: Any, thrust: Any) -> None:
+def _check_start(highest: Array, thrust: Any) -> None:
     """Raise InputError if an initial thrust is beyond the limit."""
-    if thrust is not None and (thrust > highest).any():
+    if thrust is None:
+        return
+    beyond = np.argwhere(thrust > highest)
+    if len(beyond):
+        limit = np.broadcast_arrays(highest, thrust)[0][tuple(beyond[0])]
         raise InputError(
             "scenario.rotor_thrust",
             f"is {shown(thrust)}",
-            f"give at most the limit of a rotor, {shown(highest)} N",
+            f"give at most the limit of rotor {beyond[0][-1]}, {shown(limit)} N",
         )
 
 
