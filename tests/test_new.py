@@ -59,7 +59,8 @@ def test_a_new_vehicle_is_read_without_doubts_and_the_next_commands_are_told() -
 def test_rotors_of_every_layout_lift_about_twice_the_weight(layout: str) -> None:
     vehicle = made(layout=layout)
     assert vehicle.uav.rotors is not None
-    lift = vehicle.uav.rotors.allocation[2].sum() * vehicle.uav.rotors.highest
+    rotors = vehicle.uav.rotors
+    lift = float(rotors.allocation[2] @ rotors.highest)
     # Two digits of a thrust.
     assert 2.0 * 0.95 < lift / (GRAVITY * vehicle.mass) < 2.0 * 1.05
 

@@ -43,10 +43,12 @@ if TYPE_CHECKING:
     from continuair.interfaces import frames as frames
     from continuair.interfaces.casadi_model import to_casadi as to_casadi
     from continuair.interfaces.csv_table import to_csv as to_csv
+    from continuair.interfaces.drone_models import drone_models_vehicle as drone_models_vehicle
     from continuair.interfaces.gltf import to_gltf as to_gltf
     from continuair.interfaces.mcap_log import to_mcap as to_mcap
     from continuair.interfaces.mjcf import to_mjcf as to_mjcf
     from continuair.interfaces.rosbag import read_rosbag as read_rosbag
+    from continuair.interfaces.rotorpy import rotorpy_vehicle as rotorpy_vehicle
     from continuair.interfaces.ulog import read_ulog as read_ulog
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
@@ -113,6 +115,8 @@ _HOME = {
     "read_result": "flight.reading",
     "read_rosbag": "interfaces.rosbag",
     "read_ulog": "interfaces.ulog",
+    "rotorpy_vehicle": "interfaces.rotorpy",
+    "drone_models_vehicle": "interfaces.drone_models",
     "advise": "studies.advise.study",
     "open_sweep": "sweeps",
     "run_pairs": "sweeps",

@@ -225,7 +225,7 @@ def test_an_undisturbed_hover_stays_at_its_goal() -> None:
 def _hover_action(vehicle: ca.Vehicle, count: int) -> Array:
     assert vehicle.uav.rotors is not None
     thrust = 9.81 * float(vehicle.mass) / vehicle.uav.rotors.count
-    share = 2.0 * thrust / float(vehicle.uav.rotors.highest) - 1.0
+    share = 2.0 * thrust / vehicle.uav.rotors.highest - 1.0
     return np.full((count, vehicle.uav.rotors.count), share)
 
 
@@ -256,7 +256,7 @@ def _law(vehicle: ca.Vehicle, seen: Array) -> Array:
     moment = np.array([0.05, 0.05, 0.035]) * (16.0 * lean - 6.0 * spin)
     lift = np.einsum("ni,ni->n", force, up)
     wrench = np.column_stack([np.zeros((len(seen), 2)), lift, moment])
-    return 2.0 * rotors.thrusts_for(wrench) / float(rotors.highest) - 1.0
+    return 2.0 * rotors.thrusts_for(wrench) / rotors.highest - 1.0
 
 
 def test_an_episode_ends_beyond_the_bound() -> None:

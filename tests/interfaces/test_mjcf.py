@@ -163,6 +163,19 @@ def test_rotors_push_as_the_allocation_says_and_within_their_limits(tmp_path: Pa
     np.testing.assert_allclose(model.actuator_ctrlrange[:6], 6 * [[0.5, 14.0]])
 
 
+def test_the_motor_of_a_weak_rotor_has_its_limits(tmp_path: Path) -> None:
+    corners = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+    listed: list[dict[str, Any]] = [
+        {"position": [0.2 * x, 0.2 * y, 0.0], "spin": (-1) ** i} for i, (x, y) in enumerate(corners)
+    ]
+    listed[2]["thrust_limits"] = (0.0, 9.0)
+    rotors = {"rotor": listed, "thrust_limits": (0.5, 14.0), "torque_per_thrust": 0.02}
+    uav = {"mass": 1.2, "inertia": [0.02, 0.02, 0.03], "rotors": rotors}
+    model, _ = loaded(ca.Vehicle(name="weak", uav=uav), tmp_path)
+    expected = [[0.5, 14.0], [0.5, 14.0], [0.0, 9.0], [0.5, 14.0]]
+    np.testing.assert_allclose(model.actuator_ctrlrange[:4], expected)
+
+
 def test_a_free_vehicle_falls_for_a_second_without_a_warning(tmp_path: Path) -> None:
     vehicle = ca.load_vehicle("two_section")
     model, data = loaded(vehicle, tmp_path, links=2)

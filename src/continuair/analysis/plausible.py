@@ -71,7 +71,7 @@ def _of_places(vehicle: Vehicle) -> list[str]:
 
 def _of_lift(vehicle: Vehicle) -> list[str]:
     rotors = vehicle.uav.rotors
-    lift = 0.0 if rotors is None else rotors.count * rotors.highest / (GRAVITY * vehicle.mass)
+    lift = 0.0 if rotors is None else rotors.highest.sum() / (GRAVITY * vehicle.mass)
     if lift <= _STRONG:
         return []
     return [

@@ -24,7 +24,7 @@ from continuair.controllers.controller import REACHED, Controller, Values
 from continuair.controllers.feeding import FEEDFORWARD, feeding_code
 from continuair.controllers.hover import hover
 from continuair.device.types import room
-from continuair.errors import InputError, nearest, shown
+from continuair.errors import CannotHover, InputError, nearest, shown
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.guidance import guidance_code
 from continuair.kernels.sensing.sense import LawCode
@@ -117,7 +117,7 @@ def flight_controller(
         Largest tilt [rad].
     thrust : array_like (2,), optional
         Least and most thrust [N]. Default: 0.1 times the weight, or the rotors' least if that is
-        more, and the rotors' most, or 2 times the weight without rotors.
+        more, and the most that the rotors lift level, or 2 times the weight without rotors.
     moment : float or array_like (3,), optional
         Largest moment about each body axis [N m]. Default: no limit.
     speed : float, default 5.0
@@ -273,12 +273,27 @@ def _limits(
 
 
 def _thrust_of(vehicle: Vehicle, weight: float) -> tuple[float, float]:
-    """Return the least and the most thrust [N], from the rotors along z or from the weight."""
+    """Return the least and the most thrust [N], from the rotors or from the weight.
+
+    The first rotor that reaches its limit ends what the rotors lift without turning the vehicle.
+    """
     least, rotors = 0.1 * weight, vehicle.uav.rotors
     if rotors is None:
         return least, 2.0 * weight
-    lowest, highest = (limit * float(rotors.allocation[2].sum()) for limit in rotors.thrust_limits)
-    return max(least, lowest), highest
+    found = hover(vehicle, GRAVITY)
+    ahead, left, _ = found.moment / found.mass
+    shares = rotors.thrusts_for(np.array([0.0, 0.0, 1.0, left, -ahead, 0.0]))
+    lifting = shares > 0.0
+    lowest, highest = (limits[lifting] / shares[lifting] for limits in rotors.limits.T)
+    if not highest.min() > weight:
+        rotor = int(np.flatnonzero(lifting)[np.argmin(highest)])
+        raise CannotHover(
+            rotors.limits_field(rotor),
+            f"lets the rotors lift {highest.min():.4g} N level, but the vehicle weighs "
+            f"{weight:.4g} N",
+            "increase the thrust",
+        )
+    return max(least, float(lowest.max())), float(highest.min())
 
 
 def _lag(vehicle: Vehicle, given: Any) -> float:

@@ -70,7 +70,7 @@ class Fleet:
         rotors = vehicle.uav.rotors
         assert rotors is not None
         self._without_lag = per_run(rotors.lag, runs) == 0.0
-        self._highest = per_run(rotors.thrust_limits, runs, 2)[:, 1:]
+        self._highest = rotors.highest
         self._speeds_of = rotors.speeds_of
         self._rotors = np.broadcast_to(
             flight.start.states[:, self.layout.rotor_speed], (runs, self.layout.rotors)

@@ -13,7 +13,6 @@ from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.rotors import Rotors
-from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
 
 # Digits relative to the largest thrust, as the solver's last bits depend on the BLAS library.
@@ -53,13 +52,17 @@ def _check_count(name: str, value: Any, rotors: int) -> None:
     )
 
 
-def _check_start(highest: Any, thrust: Any) -> None:
+def _check_start(highest: Array, thrust: Any) -> None:
     """Raise InputError if an initial thrust is beyond the limit."""
-    if thrust is not None and (thrust > np.asarray(highest)[..., None]).any():
+    if thrust is None:
+        return
+    beyond = np.argwhere(thrust > highest)
+    if len(beyond):
+        limit = np.broadcast_arrays(highest, thrust)[0][tuple(beyond[0])]
         raise InputError(
             "scenario.rotor_thrust",
             f"is {shown(thrust)}",
-            f"give at most the limit of a rotor, {shown(highest)} N",
+            f"give at most the limit of rotor {beyond[0][-1]}, {shown(limit)} N",
         )
 
 
@@ -90,7 +93,7 @@ def with_rotors_running(engine: Engine, scenario: Scenario) -> Scenario:
         start = hover
         if command is not None:
             given = np.asarray(command(0.0) if callable(command) else command, float)
-            highest = np.asarray(engine.vehicle.uav.rotors.highest)[..., None]
+            highest = engine.vehicle.uav.rotors.highest
             # With a controller it adds to the controller's command, which hovers at first.
             start = np.clip(given if hover is None else hover + given, 0.0, highest)
     return scenario.replace(rotor_thrust=start, rotor_command=hover if alone else command)
@@ -141,9 +144,8 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     if alone:
         _check_level(rotors, carrying)
     thrusts = _against_wash(engine, level, scenario.gravity, carrying)
-    highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
-    rounded = highest * np.round(thrusts / highest, _DIGITS)
-    _check_hover(rotors.thrust_limits, rounded)
+    rounded = rotors.highest * np.round(thrusts / rotors.highest, _DIGITS)
+    _check_hover(rotors, rounded)
     plain = engine.vehicle.runs is None and np.ndim(scenario.q) == 1
     return rounded[0] if plain else rounded
 
@@ -174,7 +176,7 @@ def _against_wash(engine: Engine, rows: Array, gravity: float, thrusts: Array) -
     """
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
-    highest = per_run(rotors.thrust_limits, len(thrusts), 2)[:, 1:]
+    highest = rotors.highest
     for _ in range(_ROUNDS if engine.tree.stirred else 0):
         given = np.clip(thrusts, 0.0, highest)
         missing = _carrying(engine, rows, gravity, given)
@@ -197,17 +199,17 @@ def _check_level(rotors: Rotors, thrusts: Array) -> None:
         )
 
 
-def _check_hover(limits: Any, thrusts: Array) -> None:
+def _check_hover(rotors: Rotors, thrusts: Array) -> None:
     """Raise CannotHover if hovering needs a thrust beyond a rotor's limits."""
-    highest = per_run(limits, len(thrusts), 2)[:, 1:]
+    highest = np.broadcast_to(rotors.highest, thrusts.shape)
     wrong = (thrusts < 0.0) | (thrusts > highest)
     if wrong.any():
         run, rotor = np.argwhere(wrong)[0]
         where = f" in run {run}" if len(thrusts) > 1 else ""
         raise CannotHover(
-            "uav.rotors.thrust_limits",
+            rotors.limits_field(int(rotor)),
             (
-                f"is 0 to {highest[run, 0]:g} N, but hover needs {thrusts[run, rotor]:.4g} "
+                f"is 0 to {highest[run, rotor]:g} N, but hover needs {thrusts[run, rotor]:.4g} "
                 f"N of rotor {rotor}{where}"
             ),
             "give a rotor_command, or stronger rotors",

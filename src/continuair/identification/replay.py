@@ -125,12 +125,14 @@ class Replay:
         commands, rotors = self.recording.rotor_command, vehicle.uav.rotors
         if self.test or commands is None or rotors is None:
             return ()
-        highest = float(rotors.highest)
-        share = float(((commands < 0.0) | (commands > highest)).any(axis=1).mean())
+        beyond = (commands < 0.0) | (commands > rotors.highest)
+        share = float(beyond.any(axis=1).mean())
         if not share:
             return ()
+        worst = int(np.argmax(beyond.mean(axis=0)))
+        limits = f"0 to {rotors.highest[worst]:g} N of {rotors.limits_field(worst)}"
         return (
-            f"rotor_command is beyond the 0 to {highest:g} N of uav.rotors.thrust_limits in "
+            f"rotor_command is beyond the {limits} in "
             f"{100.0 * share:.2g} % of the rows, and is clipped; give the true limits.",
         )
 

@@ -80,7 +80,7 @@ class Hovering:
                     )
         self.fleet = Fleet(found, runs, period=period, model=model, device=device)
         assert found.uav.rotors is not None
-        self._limits = per_run(found.uav.rotors.thrust_limits, runs, 2)
+        self._limits = found.uav.rotors.limits
         self._holds_tip = hold == "tip"
         sections = [each for arm in found.arms for each in arm.section]
         lengths = [per_run(each.length, runs) for each in sections]
@@ -111,7 +111,7 @@ class Hovering:
         """Advance all runs by a control period; actions (runs, actions) are clipped to ±1."""
         rotors = self.fleet.layout.rotors
         share = np.clip(np.asarray(actions, float), -1.0, 1.0)
-        least, greatest = self._limits[:, :1], self._limits[:, 1:]
+        least, greatest = self._limits[..., 0], self._limits[..., 1]
         thrusts = least + 0.5 * (1.0 + share[:, :rotors]) * (greatest - least)
         moments = {"bend_moment": self._moment * share[:, rotors:]} if self._moment else {}
         self.fleet.step(rotor_command=thrusts, **moments)

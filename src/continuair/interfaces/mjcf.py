@@ -180,13 +180,14 @@ def _hinges(body: Element, name: str, section: Section, links: int, order: str) 
 
 def _rotors(uav: Element, actuators: Element, rotors: Rotors) -> None:
     """Add sites whose z is the thrust's; the drag torque turns with it."""
-    placed = zip(rotors.hubs, rotors.axes, pointing(rotors.axes), rotors.allocation.T, strict=True)
-    for index, (hub, axis, turn, column) in enumerate(placed, 1):
+    turns = pointing(rotors.axes)
+    placed = zip(rotors.hubs, rotors.axes, turns, rotors.allocation.T, rotors.limits, strict=True)
+    for index, (hub, axis, turn, column, limits) in enumerate(placed, 1):
         name, torque = f"rotor_{index}", axis @ (column[3:] - np.cross(hub, axis))
         SubElement(uav, "site", name=name, pos=_text(hub), quat=_wxyz(turn))
-        gear, limits = _text((0.0, 0.0, 1.0, 0.0, 0.0, torque)), _text(rotors.thrust_limits)
+        gear = _text((0.0, 0.0, 1.0, 0.0, 0.0, torque))
         motor = SubElement(actuators, "motor", name=name, site=name, gear=gear)
-        motor.attrib |= {"ctrllimited": "true", "ctrlrange": limits}
+        motor.attrib |= {"ctrllimited": "true", "ctrlrange": _text(limits)}
 
 
 def _pushes(world: Element, actuators: Element) -> None:

@@ -141,12 +141,16 @@ def _left(thrusts: np.ndarray, aside: np.ndarray, rotors: Rotors) -> str:
     """
     if aside.max() > 0.0:
         return f"none: rotors that lean push a level vehicle sideways by {aside.max():.3g} N"
-    least, most = thrusts.min(), thrusts.max()
-    lowest, highest = (float(limit) for limit in rotors.thrust_limits)
-    if least >= lowest and most <= highest:
-        return f"{1.0 - most / highest:.0%}"
-    worst = least if least < lowest else most
-    return f"none: a rotor would have to give {worst:.3g} N of {lowest:g} to {highest:g}"
+    lowest, highest = rotors.limits.T
+    below, above = lowest - thrusts, thrusts - highest
+    if (below <= 0.0).all() and (above <= 0.0).all():
+        return f"{1.0 - (thrusts / highest).max():.0%}"
+    most = below if (below > 0.0).any() else above
+    way, rotor = np.unravel_index(np.argmax(most), most.shape)
+    return (
+        f"none: a rotor would have to give {thrusts[way, rotor]:.3g} N of "
+        f"{lowest[rotor]:g} to {highest[rotor]:g}"
+    )
 
 
 def _told(vehicle: Vehicle, q: np.ndarray, base: Base, gravity: float) -> tuple[str, str, str]:

@@ -99,8 +99,8 @@ class RotorThrusts(Term):
         Returns
         -------
         dict of str to tuple of int
-            Shape of ``allocation`` and its pseudo-inverse ``inverse``, of the thrust limits
-            ``lowest`` and ``highest`` [N], and of ``lag`` and ``lag_down`` [s]
+            Shape of ``allocation`` and its pseudo-inverse ``inverse``, of each rotor's
+            thrust limits ``lowest`` and ``highest`` [N], of ``lag`` and ``lag_down`` [s]
             and the factor ``thrust_curve``. With a downwash also ``hubs`` [m],
             ``disk``, the squared radius [m²], and ``wash``, squared induced velocity per thrust.
         """
@@ -108,7 +108,8 @@ class RotorThrusts(Term):
         matrices = {"allocation": (6, self.count), "inverse": (self.count, 6)}
         more = {"lag_down": ()} if self.uneven else {}
         more |= {"thrust_curve": ()} if self.curved else {}
-        return {**matrices, "lowest": (), "highest": (), "lag": (), **more, **wash}
+        limits = {"lowest": (self.count,), "highest": (self.count,)}
+        return {**matrices, **limits, "lag": (), **more, **wash}
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
         """Fill the fields of `parameters`.
@@ -123,7 +124,7 @@ class RotorThrusts(Term):
         rotors, runs = vehicle.uav.rotors, len(plants)
         assert rotors is not None
         plants["allocation"], plants["inverse"] = rotors.allocation, rotors.inverse
-        plants["lowest"], plants["highest"] = per_run(rotors.thrust_limits, runs, 2).T
+        plants["lowest"], plants["highest"] = rotors.limits[..., 0], rotors.limits[..., 1]
         plants["lag"] = per_run(rotors.lag, runs)
         if self.uneven:
             plants["lag_down"] = per_run(rotors.lag_down, runs)
@@ -277,10 +278,11 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
 
     @wp.func
     def lowest_of(flight: Flight):
-        """Return the lower thrust limit, which applies under a controller only, else 0."""
-        out = zero
+        """Return the lower thrust limits, which apply under a controller only, else 0."""
+        out = PerRotor()
         if (flight.groups & COMMAND) != 0:
-            out = flight.plant.lowest
+            for i in range(rotors):
+                out[i] = flight.plant.lowest[i]
         return out
 
     @wp.func
@@ -291,24 +293,26 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
         highest = flight.plant.highest
         share = one
         for i in range(rotors):
-            room = wp.max(above(yaw[i], zero, highest - asked[i], asked[i] - lowest), zero)
+            room = wp.max(above(yaw[i], zero, highest[i] - asked[i], asked[i] - lowest[i]), zero)
             size = wp.abs(yaw[i])
             fits = room / above(size, zero, size, one)
             share = wp.min(share, above(size, zero, fits, one))
         for i in range(rotors):
             wish = asked[i] + share * yaw[i]
             # NaN stays NaN.
-            asked[i] = finite(wish, wp.min(wp.max(wish, lowest), highest), wish)
+            asked[i] = finite(wish, wp.min(wp.max(wish, lowest[i]), highest[i]), wish)
         return asked
 
     @wp.func
     def excess_of(y: State, flight: Flight, row: int, push: Push):
         asked, yaw = asked_of(y, flight, row, push)
         given = commanded(y, flight, row, push)
+        lowest = lowest_of(flight)
         out = zero
         for i in range(rotors):
-            out = wp.max(out, wp.abs(asked[i] + yaw[i] - given[i]))
-        return out / (flight.plant.highest - lowest_of(flight))
+            beyond = wp.abs(asked[i] + yaw[i] - given[i])
+            out = wp.max(out, beyond / (flight.plant.highest[i] - lowest[i]))
+        return out
 
     if term.curved:
 
@@ -352,7 +356,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
         """Return the thrusts of the rotor speeds."""
         out = PerRotor()
         for i in range(rotors):
-            out[i] = plant.highest * share_of(y[speeds + i], plant)
+            out[i] = plant.highest[i] * share_of(y[speeds + i], plant)
         return out
 
     @wp.func
@@ -373,7 +377,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
     def speeds_of(y: State, flight: Flight, row: int, push: Push):
         out = thrusts_of(y, flight, row, push)
         for i in range(rotors):
-            out[i] = speed_of(out[i] / flight.plant.highest, flight.plant)
+            out[i] = speed_of(out[i] / flight.plant.highest[i], flight.plant)
         return out
 
     @wp.func
@@ -396,7 +400,7 @@ def rotor_code(numbers: Numbers, tree: Tree, term: RotorThrusts) -> RotorCode:
         plant = flight.plant
         given = commanded(y, flight, row, push)
         for i in range(rotors):
-            behind = speed_of(given[i] / plant.highest, plant) - y[speeds + i]
+            behind = speed_of(given[i] / plant.highest[i], plant) - y[speeds + i]
             lag = lag_of(behind, plant)
             change = behind / above(lag, zero, lag, one)
             rate[speeds + i] = above(lag, zero, change, zero)

@@ -174,6 +174,8 @@ def _depth(annotation: Any) -> int:
     inner = get_args(annotation)
     if get_origin(annotation) is tuple:
         return 1 + _depth(inner[0])
+    if get_origin(annotation) is Annotated:
+        return _depth(inner[0])
     return max(map(_depth, inner), default=0) if get_origin(annotation) in _UNIONS else 0
 
 

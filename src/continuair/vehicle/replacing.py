@@ -57,11 +57,11 @@ def replace(model: Model, changes: Mapping[str, object], implied: Mapping[str, o
     """
     tree = _tree(model)
     for path, value in implied.items():
-        _set(tree, path, value)
+        _set(type(model), tree, path, value)
     places: dict[tuple[str | int, ...], str] = {}
     # Names last: paths are those of the parts before.
     for path, value in sorted(changes.items(), key=lambda each: str(each[0]).endswith(".name")):
-        place = _set(tree, path, value)
+        place = _set(type(model), tree, path, value)
         _check_once(place, path, places)
         places[place] = path
     runs = _common_length(tree)
@@ -109,7 +109,7 @@ def _tree(value: Any) -> Any:
     return [_tree(child) for child in value] if isinstance(value, (tuple, list)) else value
 
 
-def _set(tree: Any, path: str, value: object) -> tuple[str | int, ...]:
+def _set(model: type[BaseModel], tree: Any, path: str, value: object) -> tuple[str | int, ...]:
     """Set a field, and return its place, which is the same for all its names."""
     node: Any = tree
     *parents, last = _keys(path)
@@ -118,8 +118,21 @@ def _set(tree: Any, path: str, value: object) -> tuple[str | int, ...]:
         place.append(_index(node, key, parents[:depth]))
         node = node[place[-1]]
     index = _index(node, last, parents)
-    node[index] = _over_runs(path, value, node[index])
+    template = node[index].values[0] if isinstance(node[index], _Runs) else node[index]
+    size = _size(model, [*parents, last]) if template is None else np.shape(template)
+    node[index] = _over_runs(path, value, template, size)
     return (*place, index)
+
+
+def _size(model: type[BaseModel], keys: list[str]) -> tuple[int, ...]:
+    """Return a shape with as many dimensions as the field at a path has, if it is known."""
+    part = model
+    *parents, last = keys
+    for key in parents:
+        # Other keys are indices and names of entries, which are of the same class.
+        if key in named_fields(part):
+            part = next((kind for kind in kinds(part, key) if kind), part)
+    return (0,) * (dimensions(part, last) if last in named_fields(part) else 0)
 
 
 def _check_once(
@@ -165,13 +178,15 @@ def _index(node: Any, key: str, parents: list[str]) -> str | int:
     raise InputError(path, f"does not exist because {owner} has length {len(node)}", remedy)
 
 
-def _over_runs(path: str, value: Any, old: Any) -> Any:
-    """Return the node for `value`: `_Runs` if it has one dimension more than the field."""
+def _over_runs(path: str, value: Any, template: Any, field: tuple[int, ...]) -> Any:
+    """Return the node for `value`: `_Runs` if it has one dimension more than the field.
+
+    template: value of the field before; field: its shape.
+    """
     if checks.has_unit(value):
         raise InputError(path, f"is {shown(value)}, which has a unit", "give numbers in SI units")
     if isinstance(value, (np.ndarray, np.generic)) or hasattr(value, "__array__"):
         value = np.asanyarray(checks.runs_first(value)).tolist()  # None where it is masked
-    template = old.values[0] if isinstance(old, _Runs) else old
     if not isinstance(value, (list, tuple)) or not _numeric(template):
         return _tree(value)
     try:
@@ -179,7 +194,6 @@ def _over_runs(path: str, value: Any, old: Any) -> Any:
     except (TypeError, ValueError):
         # Ragged or not numeric: the model rejects it by field name.
         return value
-    field = np.shape(template) if template is not None else ()
     # An inertia given by its diagonal has one dimension less than the stored matrix.
     diagonals = len(field) == 2 and len(shape) == 2 and shape != field
     if len(shape) != len(field) + 1 and not diagonals:

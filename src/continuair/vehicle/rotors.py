@@ -60,6 +60,12 @@ def _spin(value: object) -> int:
     return int(value)
 
 
+def _ascending(limits: tuple[float, float] | None) -> tuple[float, float] | None:
+    if limits is not None and not limits[0] < limits[1]:
+        raise ValueError("must ascend")
+    return limits
+
+
 class Rotor(Part):
     """Rotor of a list."""
 
@@ -71,6 +77,15 @@ class Rotor(Part):
 
     spin: Annotated[int, BeforeValidator(_spin)]
     """1 for a rotor that turns counter-clockwise about its axis, -1 for one that turns clockwise"""
+
+    thrust_limits: NotNegativePair | None = None
+    """the minimum and the maximum thrust of this rotor, as 2 numbers, in place of those of
+    uav.rotors [N]"""
+
+    @field_validator("thrust_limits")
+    @classmethod
+    def _ascending(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        return _ascending(value)
 
     @field_validator("axis")
     @classmethod
@@ -86,7 +101,7 @@ _UNFELT = 1e-6
 
 
 class Rotors(Part):
-    """Equal rotors, in a named layout or listed one by one.
+    """Rotors that are equal but for their thrust limits, in a named layout or listed one by one.
 
     Thrusts f produce the force Σ f z and the moment Σ (r × z - s c z) f about B's origin.
     """
@@ -103,8 +118,9 @@ class Rotors(Part):
     tilt: Finite = 0.0
     """the angle of each rotor about its boom in hex_tilted, with alternating sign [rad]"""
 
-    thrust_limits: NotNegativePair
-    """the minimum and the maximum thrust of one rotor, as 2 numbers [N]"""
+    thrust_limits: NotNegativePair | None = None
+    """the minimum and the maximum thrust of one rotor, as 2 numbers; required unless each rotor of
+    a list has its own [N]"""
 
     torque_per_thrust: NotNegative
     """the drag torque of a rotor over its thrust [m]"""
@@ -120,8 +136,9 @@ class Rotors(Part):
     from 0 to 1: PX4's THR_MDL_FAC; with 1 u is the speed over the greatest [-]"""
 
     hub_drag: NotNegativePair = (0.0, 0.0)
-    """the drag of one rotor at its greatest speed over its hub's velocity through the air, across
-    and along its axis, as 2 numbers: RotorPy's k_d and k_z times that speed in rad/s [N s/m]"""
+    """the drag of each rotor at its own greatest speed over its hub's velocity through the air,
+    across and along its axis, as 2 numbers: RotorPy's k_d and k_z times that speed in rad/s
+    [N s/m]"""
 
     translational_lift: NotNegative = 0.0
     """the lift of one rotor over the square of its hub's velocity through the air across its axis:
@@ -135,10 +152,8 @@ class Rotors(Part):
 
     @field_validator("thrust_limits")
     @classmethod
-    def _ascending(cls, value: tuple[float, float]) -> tuple[float, float]:
-        if not value[0] < value[1]:
-            raise ValueError("must ascend")
-        return value
+    def _ascending(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        return _ascending(value)
 
     @field_validator("rotor", mode="before")
     @classmethod
@@ -162,6 +177,12 @@ class Rotors(Part):
         if (self.layout is None) == (self.rotor is None):
             given = "both given" if self.rotor else "both missing"
             raise InputError("layout", f"and rotor are {given}", "give one of the two")
+        if self.thrust_limits is None and any(each is None for each in self._limits):
+            raise InputError(
+                "thrust_limits",
+                "is missing",
+                "give the minimum and the maximum thrust of one rotor, as 2 numbers [N]",
+            )
         if self.layout is None:
             self._check_list()
         else:
@@ -267,7 +288,7 @@ class Rotors(Part):
     def sideways(self, thrusts: Array) -> Array:
         """Return the force (...) normal to the body's z axis [N]; 0 if it is rounding."""
         found = np.linalg.norm((self.allocation[..., :2, :] @ thrusts[..., None])[..., 0], axis=-1)
-        felt = _UNFELT * np.maximum(thrusts.sum(axis=-1), _UNFELT * np.asarray(self.highest))
+        felt = _UNFELT * np.maximum(thrusts.sum(axis=-1), _UNFELT * self.highest.max(axis=-1))
         return np.where(found > felt, found, 0.0)
 
     @property
@@ -282,9 +303,36 @@ class Rotors(Part):
         return min(ranks[0], most) if ranks[1] == 4 else 0
 
     @property
-    def highest(self) -> Any:
-        """Return the maximum thrust of one rotor [N], an array in a batched vehicle."""
-        return np.transpose(self.thrust_limits)[1]
+    def _limits(self) -> list[Any]:
+        """Return the limits of each rotor, or one None for those of a layout."""
+        return (
+            [self.thrust_limits]
+            if self.rotor is None
+            else [
+                self.thrust_limits if each.thrust_limits is None else each.thrust_limits
+                for each in self.rotor
+            ]
+        )
+
+    @property
+    def limits(self) -> Array:
+        """Return the minimum and maximum thrust of each rotor (rotors, 2) [N].
+
+        They are (runs, rotors, 2) if the limits of a rotor vary.
+        """
+        each = [np.asarray(limits, float) for limits in self._limits]
+        found = np.stack(np.broadcast_arrays(*each), axis=-2)
+        return np.broadcast_to(found, (*found.shape[:-2], self.count, 2))
+
+    @property
+    def highest(self) -> Array:
+        """Return the maximum thrust of each rotor (rotors,), or (runs, rotors) if it varies [N]."""
+        return self.limits[..., 1]
+
+    def limits_field(self, rotor: int) -> str:
+        """Return the path of the field that holds the thrust limits of a rotor, by its index."""
+        own = self.rotor is not None and self.rotor[rotor].thrust_limits is not None
+        return f"uav.rotors.{f'rotor.{rotor}.' if own else ''}thrust_limits"
 
     @property
     def lags(self) -> tuple[Array, Array]:
@@ -298,10 +346,10 @@ class Rotors(Part):
         return bool(np.any(self.hub_drag) or np.any(self.translational_lift))
 
     def speeds_of(self, thrusts: Array) -> Array:
-        """Speeds over the greatest (..., rotors) that give thrusts (..., rotors) [N]; what follows
-        commands where thrust_model_factor is not 1. Those of negative thrusts are negative."""
+        """Speeds over each rotor's greatest (..., rotors) that give thrusts (..., rotors) [N]; what
+        follows commands where thrust_model_factor is not 1. Of negative thrusts, negative ones."""
         thrusts = np.asarray(thrusts, float)
-        share = thrusts / np.asarray(self.highest)[..., None]
+        share = thrusts / self.highest
         size, curve = np.abs(share), np.asarray(self.thrust_model_factor, float)[..., None]
         below = (1.0 - curve) + np.sqrt((1.0 - curve) ** 2 + 4.0 * curve * size)
         curved = np.divide(2.0 * size, below, out=np.zeros(below.shape), where=below > 0.0)
@@ -311,7 +359,7 @@ class Rotors(Part):
         """Thrusts (..., rotors) [N] of speeds over the greatest, as `speeds_of`."""
         size, curve = np.abs(speeds), np.asarray(self.thrust_model_factor, float)[..., None]
         share = np.sign(speeds) * size * (curve * size + (1.0 - curve))
-        return np.asarray(np.asarray(self.highest)[..., None] * share)
+        return np.asarray(self.highest * share)
 
     def power(self, thrust: Array) -> Array:
         """Return the induced power [W] of thrusts [N]; in a batch the first dimension is runs.

@@ -164,6 +164,7 @@ lag = 0.04  # s, in which the speed follows its command; 0 for at once
 # position = [0.14, 0.14, 0.0]  # m, body axes
 # axis = [0.0, 0.0, 1.0]  # -, of its thrust
 # spin = 1  # 1 counter-clockwise about its axis, -1 clockwise
+# thrust_limits = [0.0, $thrust]  # N, of this rotor, in place of the common ones
 
 # [uav.drag]
 # linear = [0.25, 0.25, 0.1]  # N s/m, along the body axes

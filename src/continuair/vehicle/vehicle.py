@@ -122,7 +122,7 @@ class Vehicle(Part):
         rotors = self.uav.rotors
         if rotors is None:
             return
-        lift = rotors.allocation[..., 2, :].sum(axis=-1) * rotors.highest
+        lift = (rotors.allocation[..., 2, :] * rotors.highest).sum(axis=-1)
         weight = np.asarray(self.mass) * _GRAVITY
         heavy, lift, weight = (
             np.atleast_1d(x) for x in np.broadcast_arrays(lift <= weight, lift, weight)
@@ -132,10 +132,12 @@ class Vehicle(Part):
             if likely := slips(self if self.runs is None else self.select(run)):
                 heavier = CannotHover(likely[0].field, likely[0].problem, likely[0].remedy)
             else:
+                limits = rotors.limits[run] if rotors.limits.ndim == 3 else rotors.limits
+                weakest = int(np.argmin(limits[:, 1]))
                 heavier = CannotHover(
-                    "uav.rotors.thrust_limits",
+                    rotors.limits_field(weakest),
                     (
-                        f"is {shown(rotors.thrust_limits)}: {rotors.count} rotors lift "
+                        f"is {shown(tuple(limits[weakest].tolist()))}: {rotors.count} rotors lift "
                         f"{lift[run]:.4g} N, but the vehicle weighs {weight[run]:.4g} N"
                     ),
                     "increase the thrust",
