@@ -43,7 +43,7 @@ class InputError(ValueError):
 
     Examples
     --------
-    >>> error = InputError("radius", "is -1, but must be positive", "give a length [m]")
+    >>> error = ca.InputError("radius", "is -1, but must be positive", "give a length [m]")
     >>> print(error.within("arm."))
     arm.radius is -1, but must be positive; give a length [m].
     >>> error.within("arm.").field
