@@ -53,6 +53,7 @@ def test_only_a_fall_carries_the_arm_along() -> None:
     assert found["fall"]["carriage"] > 1e-3 > 1e-12 > found["release"]["carriage"]
 
 
+@pytest.mark.long
 def test_slower_targets_are_within_the_limit_and_faster_ones_are_not() -> None:
     found = tracking_limit(VEHICLE, "L", load_gains("paper"), ("decoupled",), 0.7)
     entry = found["models"]["decoupled"]

@@ -107,6 +107,7 @@ def test_a_moved_base_keeps_its_error_however_light_the_arm() -> None:
         assert error[1] > 0.01 * load_angle(name, light)[1]
 
 
+@pytest.mark.long
 def test_different_vehicles_of_one_coupling_err_alike() -> None:
     """To a third; over the atlas the same error varies by a factor of hundreds."""
     mass = np.array([0.02, 0.2, 0.45])

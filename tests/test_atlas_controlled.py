@@ -87,6 +87,7 @@ def test_a_vehicle_with_an_unstable_loop_fails_under_every_load(flights: xr.Data
     assert np.isfinite(flights["error"].sel(loop="none").isel(vehicle=2)).any()
 
 
+@pytest.mark.long
 def test_flights_at_frequencies_of_their_own_are_those_at_common_ones(flights: xr.Dataset) -> None:
     vehicle, bandwidths = controlled_vehicle(GROUPS), attitude_bandwidth(GROUPS)
     found = errors_at(vehicle, bandwidths, "tip", np.full(3, FREQUENCIES[2]))

@@ -122,6 +122,7 @@ def test_open_loop_without_a_folder_writes_nothing() -> None:
     assert not list(Path().iterdir())
 
 
+@pytest.mark.long
 def test_json_holds_the_metrics_of_every_test_and_model() -> None:
     options = ["--json", "-", "--tests", "AD", "--model", "decoupled", "--out", "out"]
     result = run("open-loop", *options)

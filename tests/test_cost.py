@@ -8,6 +8,7 @@ import continuair as ca
 from amiri2026 import cost
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("heavier", "beside"), [(1.0, True), (1.01, False)])
 def test_the_papers_times_stand_beside_the_papers_vehicle_alone(
     heavier: float, beside: bool, monkeypatch: pytest.MonkeyPatch

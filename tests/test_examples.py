@@ -40,6 +40,7 @@ def test_an_example_runs_on_its_own(path: Path, tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_the_device_controller_brakes_the_bend_and_keeps_its_place() -> None:
     fly = example("device_controller")["fly"]
     free, braked = fly(0.0), fly(0.3)

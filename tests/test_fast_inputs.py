@@ -150,6 +150,7 @@ def test_jumps_that_are_close_together_do_not_hide_a_fast_input() -> None:
     assert abs(float(flight.q.sel(coordinate="pitch")[-1])) < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hertz", [2000.0, 1999.9])
 def test_a_vibration_does_not_hide_beside_a_constant(hertz: float) -> None:
     """Of 0.9 % of the weight, an alias of it would lift the vehicle by 4 cm in 1 s."""

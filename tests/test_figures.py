@@ -137,6 +137,7 @@ def written(
     return kept
 
 
+@pytest.mark.long
 def test_a_name_that_looks_like_a_formula_is_drawn_as_it_is(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -78,6 +78,7 @@ def _letter(law: ca.Controller) -> ca.Scenario:
     return task(NOMINAL, [LETTER], law, SETTING.duration)
 
 
+@pytest.mark.long
 def test_what_a_steady_force_leaves_grows_with_it(study: Robustness) -> None:
     values = study.results["cases"][0]["mistakes"]["side force"]["values"]
     small, double = (each["rms_px"] for each in values[:2])
@@ -156,6 +157,7 @@ def test_the_figure_crosses_flights_that_ended_early(study: Robustness) -> None:
     assert sum(crosses) == 1
 
 
+@pytest.mark.long
 def test_the_command_writes_tables_and_refuses_what_is_unknown(tmp_path: Path) -> None:
     run = CliRunner().invoke
     given = ["robustness", "--law", "current", "--model", "coupled", "--mistake", "side force"]

@@ -405,6 +405,7 @@ def test_a_row_that_has_not_converged_is_said_not_to_have(flown: study.Sensitivi
     assert "it ends otherwise at a tenth of the tolerance" in told
 
 
+@pytest.mark.long
 def test_values_between_whose_errors_make_their_differences_are_left_out_and_told(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -80,6 +80,7 @@ def test_a_run_has_the_same_signal_alone_and_in_a_batch() -> None:
         assert np.array_equal(alone.breaks[0], same.breaks[0])
 
 
+@pytest.mark.long
 def test_noise_is_refused() -> None:
     with pytest.raises(UnresolvedSignal):
         fit(lambda t: column(np.modf(np.sin(12345.678 * t) * 43758.5453)[0]), 1.0)

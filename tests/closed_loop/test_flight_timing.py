@@ -162,6 +162,7 @@ def slanted(stiffness: float, sections: int, angle: float = np.pi / 4.0) -> ca.V
 
 
 # The last two leave the vehicle upwards and hang over.
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("stiffness", "sections", "angle"),
     [(0.45, 2, 0.8), (2.0, 1, 0.8), (0.6, 3, 0.8), (0.6, 1, 2.4), (0.3, 2, 1.9)],

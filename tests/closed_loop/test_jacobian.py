@@ -81,6 +81,7 @@ def test_camera_pose_twist_and_image_of_the_device_equal_the_readable_form(tip_f
         assert_close(torque[i], J.T @ wrenches[i])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spring", [0.0, 1.0], ids=["gravity_only", "literal"])
 def test_the_pushes_that_carry_weight_and_spring_are_the_vectors_of_g(spring: float) -> None:
     vehicle = eye.MOUNTED

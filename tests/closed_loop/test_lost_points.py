@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pytest
 import xarray as xr
 
 import continuair as ca
@@ -35,6 +36,7 @@ def test_losing_all_points_ends_that_run_with_a_status_and_keeps_what_was_record
     assert float(run.end_time[1]) == 2.0
 
 
+@pytest.mark.long
 def test_a_point_out_of_view_does_not_act() -> None:
     """With one corner hidden by a narrow image, the push is that of the other three."""
     far = np.vstack([ca.square(), [[-1.24, 0.0, 0.0]]])
@@ -58,6 +60,7 @@ def test_a_point_out_of_view_does_not_act() -> None:
     np.testing.assert_allclose(push, state.command, rtol=0, atol=1e-3 * np.abs(state.command).max())
 
 
+@pytest.mark.long
 def test_points_behind_the_camera_have_no_image_and_no_error_in_pixels() -> None:
     """The vehicle holds its place, and its target rises through the camera."""
     vehicle = flights.VEHICLE

@@ -259,6 +259,7 @@ def test_a_target_counts_for_as_long_as_the_flight_lasts() -> None:
     assert float(found.over_time.ultimate_radius[-1]) > 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("flown", [1.0, 60.0, 400.0])
 def test_the_ultimate_bound_knows_the_corners_of_a_target_however_long_it_flies(
     flown: float,
@@ -286,6 +287,7 @@ def test_rounding_of_a_path_from_a_function_is_no_jerk_without_bound() -> None:
     assert (ratio > 1.0 - 1e-4).all() and (ratio < [1.001, 1.001, 1.3]).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("motion", "bounded"),
     [

@@ -48,6 +48,7 @@ def test_the_image_comes_home_at_the_rate_that_was_asked_for(vehicle: ca.Vehicle
     assert error[0, 200] / error[0, 100] == pytest.approx(np.exp(-1.0), rel=0.1)
 
 
+@pytest.mark.long
 def test_a_small_far_target_brings_home_what_it_hardly_shows_at_that_rate_too() -> None:
     """A start that looks at the centre of 0.1 m in 5 m aslant: the image shows it by 20 px."""
     aslant, far = 0.01, 5.0

@@ -70,6 +70,7 @@ def test_casadi_accelerates_as_the_kernels_do(name: str, bend: float) -> None:
         assert error.max() < 1e-11 * np.abs(expected).max()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*PRESETS, "draggy"])
 @pytest.mark.parametrize("bend", [0.0, 1e-4, 1.0])
 def test_its_jacobian_is_the_slope_of_the_kernels(name: str, bend: float) -> None:

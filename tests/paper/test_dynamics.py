@@ -55,6 +55,7 @@ def test_verdict_does_not_hang_on_the_arm(name: str) -> None:
     assert judged(name, other).verdict == FOUND[name]
 
 
+@pytest.mark.long
 def test_the_wrench_on_the_tip_is_that_of_the_other_sign_and_of_inertial_axes(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -118,6 +118,7 @@ def test_rank_is_lost_where_the_arm_closes_to_a_circle() -> None:
     assert near_straight.rank_share(length, 3.0 / length) > 0.1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angle", [1e-6, 0.1])
 def test_a_threshold_may_be_too_small_or_too_large(
     monkeypatch: pytest.MonkeyPatch, angle: float

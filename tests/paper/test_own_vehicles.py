@@ -88,6 +88,7 @@ def test_verdicts_on_formulas_do_not_hang_on_how_long_the_arm_is(
 STUB = {"arm.length": 0.02, "uav.mass": 0.02, "uav.inertia": [4e-6, 4e-6, 8e-6]}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("other", [SIMILAR["thick"], STUB])
 def test_fast_arms_keep_energy_and_momenta_in_free_flight(other: dict[str, Any]) -> None:
     """The stub has a mode at 24 kHz, of which short steps leave nothing out."""

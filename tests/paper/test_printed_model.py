@@ -109,6 +109,7 @@ def test_the_readable_matrices_of_the_package_are_the_same() -> None:
             np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("test", "decoupled"),
     [("A", "element"), ("B", "block"), ("C", "uav blocks"), ("D", "element, full C")],

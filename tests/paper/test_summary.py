@@ -76,6 +76,7 @@ def test_one_threshold_has_to_keep_the_straight_arm_right_and_finite(
     assert verdicts() == [FAILS, FAILS]
 
 
+@pytest.mark.long
 def test_a_threshold_in_the_dynamics_is_right_in_the_plane_and_wrong_out_of_it() -> None:
     found = summary.singularity(given.evidence())
     assert found.verdict == DEPENDS

@@ -43,6 +43,7 @@ def test_all_eight_numbers_agree_within_fifteen_percent(found: dict[str, Any]) -
     assert max(found["factor_by_sample"].values()) <= 1.15
 
 
+@pytest.mark.long
 def test_the_numbers_do_not_depend_on_the_tolerance(found: dict[str, Any]) -> None:
     """Between 1e-6 and 1e-9; in Test D the arm crosses the jump of Remark 1."""
     every = np.array([found["ours_by_tolerance"][name] for name in ("1e-06", "1e-09")])

@@ -172,6 +172,7 @@ def test_a_search_that_is_interrupted_before_it_found_anything_ends() -> None:
         search(QUICK, seed=1, progress=stop)
 
 
+@pytest.mark.long
 def test_the_reported_factor_is_that_of_an_accurate_flight(results: Any) -> None:
     for key in ("best", "table1_reading"):
         entry = results[key]

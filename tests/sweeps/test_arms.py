@@ -88,6 +88,7 @@ def test_a_run_of_a_sweep_is_what_a_single_flight_gives(tmp_path: Path) -> None:
     assert list(flights[0]["section"].to_numpy()) == ["arm.base", "arm.tip"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", ["two_section", "dual_arm"])
 def test_a_closed_loop_of_a_sweep_starts_before_its_target_and_follows_it(
     vehicle: str, tmp_path: Path
