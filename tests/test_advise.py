@@ -20,6 +20,7 @@ from continuair.studies.advise.report import as_table
 from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import verdict
 from continuair.studies.results import as_json
+from tests.refusals import assert_refused
 
 VEHICLE = ca.load_vehicle("paper")
 LIGHT = VEHICLE.replace({"arm.density": 0.1, "arm.youngs_modulus": 207e9 * 0.1 / 7850.0})
@@ -174,29 +175,25 @@ def test_advice_is_stored_as_strict_json_a_table_and_a_figure(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "parts"),
+    ("arguments", "field", "fact"),
     [
-        (("papre",), ("vehicle is 'papre'", "use paper")),
-        (("paper", "--task", "hoover"), ("task holds 'hoover'", "use hover")),
-        (("paper", "--tolerance", "-1"), ("tolerance is -1.0",)),
-        (("paper", "--pixels", "nan"), ("pixels is nan",)),
-        (("paper", "--gains", "none"), ("gains is 'none'",)),
-        (("paper", "--gains", ""), ("gains is ''",)),
-        (("paper", "--task", "hover", "--gains", "paper"), ("gains is paper", "no task tracks")),
-        (("paper", "--task", "contact", "--pixels", "1"), ("pixels is 1.0", "--task track:M")),
-        (("paper", "--loop", "postion"), ("loop is 'postion'", "use position")),
-        (("paper", "--loop", "none", "--bandwidth", "8"), ("bandwidth is 8",)),
-        (("paper", "--bandwidth", "0"), ("attitude_bandwidth is 0",)),
+        (("papre",), "vehicle", "use paper"),
+        (("paper", "--task", "hoover"), "task", "use hover"),
+        (("paper", "--tolerance", "-1"), "tolerance", "-1.0"),
+        (("paper", "--pixels", "nan"), "pixels", "nan"),
+        (("paper", "--gains", "none"), "gains", "'none'"),
+        (("paper", "--gains", ""), "gains", "''"),
+        (("paper", "--task", "hover", "--gains", "paper"), "gains", "paper"),
+        (("paper", "--task", "contact", "--pixels", "1"), "pixels", "--task track:M"),
+        (("paper", "--loop", "postion"), "loop", "use position"),
+        (("paper", "--loop", "none", "--bandwidth", "8"), "bandwidth", "8"),
+        (("paper", "--bandwidth", "0"), "attitude_bandwidth", "0"),
     ],
 )
 def test_unusable_input_is_refused_in_a_sentence(
-    arguments: tuple[str, ...], parts: tuple[str, ...]
+    arguments: tuple[str, ...], field: str, fact: str
 ) -> None:
-    result = CliRunner().invoke(cli.app, ["advise", *arguments])
-    assert result.exit_code == 2
-    for part in parts:
-        assert part in result.stderr
-    assert "Traceback" not in result.stderr
+    assert_refused(CliRunner().invoke(cli.app, ["advise", *arguments]), field, fact)
 
 
 def test_a_lost_target_decides_nothing() -> None:

@@ -47,7 +47,7 @@ from continuair.studies.results import ResultFolder, as_json
 from continuair.sweeps import run_pairs
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 from tests.new_user import NEW_USER
-from tests.refusals import refused
+from tests.refusals import assert_refused, refused
 
 paper_command: Any = import_module("amiri2026.commands.paper")
 PAPER = load_vehicle("paper")
@@ -603,8 +603,7 @@ def test_the_command_writes_json_tables_and_figures(
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout) == json.loads((out / "sensitivity.json").read_text("utf-8"))
     assert {"table.md", "paths.png", "errors.pdf"} <= {path.name for path in out.iterdir()}
-    assert "IV-B.12, UAV mass: “Similar to the first scenario" in result.stderr
-    assert "holds: Displacement" in result.stderr
+    assert "IV-B.12" in result.stderr and "holds: " in result.stderr
 
 
 def test_a_folder_of_another_study_is_refused_before_any_flight(
@@ -613,8 +612,7 @@ def test_a_folder_of_another_study_is_refused_before_any_flight(
     monkeypatch.setattr(study, "sensitivity", None)
     ResultFolder(tmp_path, "open_loop")
     result = CliRunner().invoke(app, ["sensitivity", "--out", str(tmp_path)])
-    assert result.exit_code == 2
-    assert "another study (open_loop)" in result.stderr
+    assert_refused(result, "out", "open_loop")
 
 
 @pytest.mark.parametrize(

@@ -351,7 +351,7 @@ def test_rotors_that_saturate_are_told_in_the_results_and_in_a_sentence(
     vehicle: ca.Vehicle,
 ) -> None:
     tilted = with_weak_rotors(vehicle)
-    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+    with pytest.warns(ca.ContinuairWarning, match="saturate"):
         results = tracking(tilted, "M", models=["coupled"], settings=["fast"]).results
     beyond = results["letters"]["M"]["coupled"]["largest_saturation"]
     assert beyond > 0.0

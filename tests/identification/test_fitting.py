@@ -18,7 +18,7 @@ from continuair.identification.aliasing import of_fast_swings
 from continuair.identification.recording import MEASURED
 from continuair.vehicle.vehicle_file import as_toml, write_vehicle
 from tests.identification.flights import NOISE, record, true_vehicle
-from tests.refusals import refused
+from tests.refusals import assert_refused, refused
 
 pytestmark = pytest.mark.targets
 
@@ -234,36 +234,36 @@ def broken(row: int | None = None, column: str = "", text: str = "", **renamed: 
 
 
 @pytest.mark.parametrize(
-    ("spoil", "parts"),
+    ("spoil", "field", "fact"),
     [
-        ({"bend_x": "kappa_x"}, ("flight.csv: column bend_x is missing", "kappa_x")),
-        ({"row": 7, "column": "qx", "text": "nan"}, ("qx is 'nan' in row 7", "remove the row")),
-        ({"row": 7, "column": "z", "text": ""}, ("z is '' in row 7",)),
-        ({"row": 9, "column": "time", "text": "12.5"}, ("time is 12.5 in row 9", "sort rows")),
-        ({"row": 4, "column": "qw", "text": "3"}, ("have norm 3", "row 4", "unit quaternions")),
+        ({"bend_x": "kappa_x"}, "bend_x", "kappa_x"),
+        ({"row": 7, "column": "qx", "text": "nan"}, "qx", "row 7"),
+        ({"row": 7, "column": "z", "text": ""}, "z", "row 7"),
+        ({"row": 9, "column": "time", "text": "12.5"}, "time", "row 9"),
+        ({"row": 4, "column": "qw", "text": "3"}, "qx qy qz qw", "row 4"),
     ],
 )
 def test_an_unusable_recording_is_refused_in_one_sentence(
-    spoil: dict[str, Any], parts: tuple[str, ...]
+    spoil: dict[str, Any], field: str, fact: str
 ) -> None:
     broken(**spoil)
     before = sorted(Path().iterdir())
     result = run("--data", "flight.csv", "--vehicle", "paper", "--out", "fitted.toml")
-    assert_refused(result, *parts)
+    assert_refused(result, field, fact, place="flight.csv")
     assert sorted(Path().iterdir()) == before
 
 
 @pytest.mark.parametrize(
-    ("heading", "cell", "parts"),
+    ("heading", "cell", "field", "fact"),
     [
-        ("time", '"0.1', ("not valid CSV after line 7",)),
-        ("time,x", "0.1", ("column x is there twice",)),
-        ('"two\nlines"', "0.1", ("column time is missing", "found: two lines, x")),
-        (3000 * "x", "0.1", ("column time is missing", "xxx...")),
+        ("time", '"0.1', "data", "line 7"),
+        ("time,x", "0.1", "x", "twice"),
+        ('"two\nlines"', "0.1", "time", "two lines, x"),
+        (3000 * "x", "0.1", "time", "xxx..."),
     ],
 )
 def test_a_file_is_never_printed_nor_a_sentence_broken(
-    heading: str, cell: str, parts: tuple[str, ...]
+    heading: str, cell: str, field: str, fact: str
 ) -> None:
     record(Path("flight.csv"))
     lines = Path("flight.csv").read_text().splitlines()
@@ -271,26 +271,26 @@ def test_a_file_is_never_printed_nor_a_sentence_broken(
     lines[7] = cell + lines[7][lines[7].index(",") :]
     Path("flight.csv").write_text("\n".join(lines) + "\n")
     result = run("--data", "flight.csv", "--vehicle", "paper")
-    assert_refused(result, *parts)
+    assert_refused(result, field, fact, place="flight.csv")
     assert len(result.stderr) < 500
 
 
 @pytest.mark.parametrize(
-    ("arguments", "parts"),
+    ("arguments", "field", "fact"),
     [
-        (("--fit", "arm.youngs_modulu"), ("arm.youngs_modulu", "use arm.youngs_modulus")),
-        (("--fit", "arm.damping_ratio"), ("arm.damping_ratio is 0", "above 0")),
-        (("--fit", "uav.mass,uav.mass"), ("uav.mass twice",)),
-        (("--test", "X"), ("test is 'X'", "A, B, C, D")),
-        (("--json", "no/fit.json"), ("json is no/fit.json", "cannot be written")),
-        (("--out", "no/folder.toml"), ("out is no/folder.toml", "cannot be written")),
+        (("--fit", "arm.youngs_modulu"), "fit", "use arm.youngs_modulus"),
+        (("--fit", "arm.damping_ratio"), "arm.damping_ratio", "0"),
+        (("--fit", "uav.mass,uav.mass"), "fit", "uav.mass"),
+        (("--test", "X"), "test", "A, B, C, D"),
+        (("--json", "no/fit.json"), "json", "no/fit.json"),
+        (("--out", "no/folder.toml"), "out", "no/folder.toml"),
     ],
 )
 def test_unusable_options_are_refused_in_one_sentence(
-    arguments: tuple[str, ...], parts: tuple[str, ...]
+    arguments: tuple[str, ...], field: str, fact: str
 ) -> None:
     record(Path("flight.csv"))
-    assert_refused(run("--data", "flight.csv", "--vehicle", "paper", *arguments), *parts)
+    assert_refused(run("--data", "flight.csv", "--vehicle", "paper", *arguments), field, fact)
 
 
 def test_a_fit_that_leaves_motion_over_says_that_it_is_no_noise() -> None:
@@ -309,21 +309,16 @@ def test_a_fit_needs_data_a_vehicle_and_inputs() -> None:
         result = run(*given)
         assert result.exit_code == 2
         assert "Missing option" in result.stderr and missing in result.stderr
-    assert_refused(run("--data", "no.csv", "--vehicle", "paper"), "data is no.csv")
     record(Path("flight.csv"), test="D")
-    assert_refused(run("--data", "flight.csv", "--vehicle", "paper"), "no column of inputs")
     Path("empty.csv").write_text("")
-    assert_refused(run("--data", "empty.csv", "--vehicle", "paper"), "column time is missing")
     Path("short.csv").write_text(",".join(MEASURED) + "\n")
-    assert_refused(run("--data", "short.csv", "--vehicle", "paper"), "has 0 rows")
-
-
-def assert_refused(result: Any, *parts: str) -> None:
-    assert result.exit_code == 2, result.output
-    for part in parts:
-        assert part in result.stderr
-    assert "Traceback" not in result.stderr
-    assert len(result.stderr.strip().splitlines()) == 1
+    for name, place, field in (
+        ("no.csv", "", "data"),
+        ("flight.csv", "flight.csv", "recording"),
+        ("empty.csv", "empty.csv", "time"),
+        ("short.csv", "short.csv", "recording"),
+    ):
+        assert_refused(run("--data", name, "--vehicle", "paper"), field, place=place)
 
 
 def test_a_vehicle_that_turns_otherwise_than_the_recorded_one_is_in_doubt() -> None:

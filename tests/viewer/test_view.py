@@ -138,7 +138,7 @@ def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
 def test_forces_that_a_result_does_not_tell_are_told_and_drawn_of_its_scenario() -> None:
     test = open_loop_test("D")
     flight = ca.simulate(PAPER, test, sample=0.1)
-    with pytest.warns(ca.ContinuairWarning, match="the picture lacks tip_wrench, which acted"):
+    with pytest.warns(ca.ContinuairWarning, match="tip_wrench"):
         assert "tip force" not in scene(flight).forces
     acted = scene(flight, scenario=test).forces["tip force"]
     np.testing.assert_allclose(acted.force[0, 0], [-10 / np.sqrt(2), 0.0, -25.0], atol=1e-12)
@@ -295,7 +295,7 @@ def test_an_mp4_is_written_from_python(tmp_path: Path) -> None:
     path = tmp_path / "swing.mp4"
     ca.animate(watching(duration=0.2), path)
     assert path.read_bytes()[4:8] == b"ftyp"
-    with pytest.raises(ca.InputError, match="is not a new file"):
+    with refused("path"):
         video.animate(watching(duration=0.2), path)
 
 
