@@ -137,14 +137,14 @@ def test_every_entry_refuses_in_the_same_words(
 
 @pytest.mark.parametrize("model", ["stiff", 3, None, True, "Coupled"])
 def test_an_unknown_model_is_refused_whichever_way_it_is_named(model: Any) -> None:
-    entry: Entry
     for entry, field, value in (
         (ENTRIES["simulate"], "model", model),
         (ENTRIES["Simulation"], "model", model),
         (ca.run_pairs, "models", [model]),
     ):
+        given: dict[str, Any] = {field: value}
         with refused(field) as caught:
-            entry(PAPER, FALL, **{field: value})
+            entry(PAPER, FALL, **given)
         assert repr(model) in caught.value.problem and "decoupled" in caught.value.remedy
 
 
