@@ -17,7 +17,7 @@ from continuair.studies.advise.report import as_table
 from continuair.studies.advise.verdicts import cost_verdict
 from continuair.studies.excited_flights import SWELL, Loop, excited, flown_errors
 from tests.own_law import law
-from tests.refusals import refused
+from tests.refusals import numbers_of, refused
 
 VEHICLE = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.05})
 
@@ -95,14 +95,13 @@ def test_advice_names_the_controller_and_begins_with_the_cost(short: None) -> No
     results = ca.advise(VEHICLE, ["contact"], controller=mine())
     assert results["loop"]["name"] == "own"
     assert results["loop"]["controller"]["name"] == "mine"
-    first = "There is no reason to decouple this vehicle: its decoupled step was measured to take "
-    assert results["cost_verdict"].startswith(f"{first}1.10 times")
-    assert "one of independent 0.60 times" in results["cost_verdict"]
-    assert results["verdict"].startswith(f"{results['cost_verdict']} contact: ")
+    cost = results["cost_verdict"]
+    assert "no reason to decouple" in cost and numbers_of(cost)[:2] == [1.1, 0.6]
+    assert results["verdict"].startswith(f"{cost} contact: ")
     lines = as_table(results).splitlines()
-    assert lines[2].startswith(first)
-    assert "Loop: the controller mine, which was given." in lines
-    assert any("Outside the atlas of other flights" in line and "mine" in line for line in lines)
+    assert lines[2].startswith(cost[:40])
+    assert any("Loop: " in line and "mine" in line for line in lines)
+    assert any("Outside the atlas" in line and "mine" in line for line in lines)
 
 
 @pytest.mark.long
