@@ -299,7 +299,7 @@ def advice(**changes: Any) -> dict[str, Any]:
 
 def test_advise_tells_what_the_rule_says_where_it_holds(summary: xr.Dataset) -> None:
     begins, told = notes(advice())
-    assert begins.startswith("Oscillating loads were tried from")
+    assert begins.startswith("Oscillating loads")
     assert "atlas" in told and "tip" in told and "bend" not in told
     fast = advice()["groups"] | {"bandwidth": 9.5}
     _, outside = notes(advice(groups=fast))
@@ -316,8 +316,8 @@ def test_a_map_tells_its_tolerance_and_whether_the_rule_is_kept_to(
 ) -> None:
     figure = figures.limits_map(summary, tolerance=tolerance)
     texts = " ".join(text.get_text() for text in figure.findobj(Text))
-    assert f"errs by less than {told}, in a" in texts
-    assert ("A guess, with a tolerance of 20 % (atlas: 2 % to 5 %)" in texts) == (tolerance > 0.05)
+    assert f"less than {told}" in texts
+    assert ("2 % to 5 %" in texts) == (tolerance > 0.05)
 
 
 def test_figures_show_a_vehicle_where_it_is(summary: xr.Dataset, tmp_path: Path) -> None:

@@ -40,7 +40,7 @@ def test_commands_of_a_package_that_fails_are_left_out_and_told_in_a_line(
     app = typer.Typer()
     extensions.add_commands(app)
     (told,) = capsys.readouterr().err.splitlines()
-    assert told.startswith("warning: commands of broken are left out")
+    assert told.startswith("warning: ") and "broken" in told
     assert CliRunner().invoke(app, ["greet"]).output == "hello\n"
 
 

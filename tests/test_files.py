@@ -120,7 +120,7 @@ def test_json_that_can_no_longer_be_written_goes_to_standard_output(
 ) -> None:
     monkeypatch.setattr(Path, "write_text", full)
     result = run("open-loop", "--tests", "B", "--json", "new.json")
-    assert result.exit_code == 2 and "No space left on device" in result.stderr
+    assert_refused(result, "json", "No space left on device", stdout=result.stdout)
     assert json.loads(result.stdout)["study"] == "open_loop"
 
 

@@ -208,7 +208,7 @@ THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
 
 
 @pytest.mark.parametrize(
-    ("coupled", "other", "words"),
+    ("coupled", "other", "field"),
     [
         (1, 2, "coupled"),
         (FLIGHT, None, "other"),
@@ -231,8 +231,8 @@ THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
         (FLIGHT, THREE, "other"),
     ],
 )
-def test_what_cannot_be_compared_is_told(coupled: Any, other: Any, words: str) -> None:
-    with refused(words):
+def test_what_cannot_be_compared_is_told(coupled: Any, other: Any, field: str) -> None:
+    with refused(field):
         compare(coupled, other)
 
 

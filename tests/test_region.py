@@ -172,8 +172,8 @@ def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed
     many = own.isel(start=np.zeros(1000, int)).copy(deep=True)
     many["well"][:] = many["start"].copy(data=np.arange(1000)) > 0
     figure = figures.random_starts(results, many, "coupled", 1000.0)
-    told = "Random starts that end well: " + ", ".join(f"above 99 % {law}" for law in STYLES)
-    assert figure.texts[0].get_text().replace("\n", " ") == told
+    told = figure.texts[0].get_text()
+    assert all(f"above 99 % {law}" in told.replace("\n", " ") for law in STYLES)
 
 
 REFUSED: list[tuple[dict[str, Any], dict[str, Any], str]] = [
@@ -221,5 +221,4 @@ def test_flights_whose_rotors_saturate_are_counted_and_told(vehicle: ca.Vehicle)
         found = region(tilted, laws=["constant"], models=["coupled"], runs=3)
     (case,) = found.results["cases"]
     assert case["saturated"] == int((found.flights["largest_saturation"] > 1e-9).sum()) > 0
-    told = f"Rotors saturate in {case['saturated']} flights of constant, coupled, 1000 Hz."
-    assert told in summary(found.results)
+    assert f"saturate in {case['saturated']} flights" in "\n".join(summary(found.results))

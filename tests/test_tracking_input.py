@@ -47,7 +47,7 @@ def test_unknown_letters_are_refused(letters: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "part"),
+    ("options", "field"),
     [
         ({"candidates": 100}, "candidates"),
         ({"candidates": 0}, "candidates"),
@@ -56,7 +56,7 @@ def test_unknown_letters_are_refused(letters: str) -> None:
     ],
 )
 def test_a_search_of_no_size_is_refused(
-    options: dict[str, Any], part: str, vehicle: ca.Vehicle
+    options: dict[str, Any], field: str, vehicle: ca.Vehicle
 ) -> None:
-    with refused(part):
+    with refused(field):
         tune(vehicle, **options)

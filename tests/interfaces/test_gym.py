@@ -308,7 +308,7 @@ def test_speeds_seen_are_those_whose_squares_give_the_thrust_also_without_lag() 
 
 
 @pytest.mark.parametrize(
-    ("options", "part"),
+    ("options", "field"),
     [
         ({"vehicle": "slender"}, "vehicle"),
         ({"vehicle": "no such"}, "vehicle"),
@@ -322,8 +322,8 @@ def test_speeds_seen_are_those_whose_squares_give_the_thrust_also_without_lag() 
         ),
     ],
 )
-def test_options_that_cannot_be_used_are_refused(options: dict[str, Any], part: str) -> None:
-    with refused(part):
+def test_options_that_cannot_be_used_are_refused(options: dict[str, Any], field: str) -> None:
+    with refused(field):
         gymnasium.make(HOVER, **options)
 
 

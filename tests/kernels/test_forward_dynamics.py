@@ -131,7 +131,7 @@ def test_one_number_does_not_stand_for_a_vector_unless_it_is_0(given: dict[str, 
 
 
 @pytest.mark.parametrize(
-    ("q", "words"),
+    ("q", "field"),
     [
         (np.zeros((0, 8)), "q"),
         (np.zeros(8), "q"),
@@ -139,8 +139,8 @@ def test_one_number_does_not_stand_for_a_vector_unless_it_is_0(given: dict[str, 
         ([0, 0, 0, 0, -np.pi / 2, 0, 0.1, 0], "q"),
     ],
 )
-def test_where_the_papers_coordinates_are_singular_is_told(q: ArrayLike, words: str) -> None:
-    with refused(words):
+def test_where_the_papers_coordinates_are_singular_is_told(q: ArrayLike, field: str) -> None:
+    with refused(field):
         ca.forward_dynamics(PLAIN, q, 0, [0] * 7 + [1.0])
 
 

@@ -277,14 +277,14 @@ def test_all_methods_name_the_same_end() -> None:
 
 
 @pytest.mark.parametrize(
-    ("force", "words"),
+    "force",
     [
-        (lambda t: [1 / (t < 0.5)] * 3, "ZeroDivisionError"),
-        (lambda t: [np.nan if t > 0.5 else 0.0] * 3, "not finite at t = 0.5"),
-        (lambda t: [0.0] * (4 if t > 0.5 else 3), "wrong shape"),
+        lambda t: [1 / (t < 0.5)] * 3,
+        lambda t: [np.nan if t > 0.5 else 0.0] * 3,
+        lambda t: [0.0] * (4 if t > 0.5 else 3),
     ],
 )
-def test_an_input_that_fails_later_in_the_flight_is_named(force: object, words: str) -> None:
+def test_an_input_that_fails_later_in_the_flight_is_named(force: object) -> None:
     scenario = ca.Scenario(name="late", q=np.zeros(8), force=force)  # type: ignore[arg-type]
     with refused("force"):
         ca.simulate(VEHICLE, scenario)
