@@ -278,7 +278,7 @@ def test_an_mp4_is_written_from_python(tmp_path: Path) -> None:
     path = tmp_path / "swing.mp4"
     ca.animate(watching(duration=0.2), path)
     assert path.read_bytes()[4:8] == b"ftyp"
-    with refused("path"):
+    with refused("video"):
         video.animate(watching(duration=0.2), path)
 
 
