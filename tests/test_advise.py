@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from continuair.studies.advise.report import as_table
 from continuair.studies.advise.tracking import tracking_limit
 from continuair.studies.advise.verdicts import verdict
 from continuair.studies.results import as_json
+from tests.refusals import assert_refused, numbers_of
 
 VEHICLE = ca.load_vehicle("paper")
 LIGHT = VEHICLE.replace({"arm.density": 0.1, "arm.youngs_modulus": 207e9 * 0.1 / 7850.0})
@@ -88,32 +90,24 @@ def results(limit: float, tolerable: bool = True) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(
-    ("limit", "tolerable", "scope", "text"),
+    ("limit", "tolerable", "scope", "hz", "missing"),
     [
-        (math.inf, True, "all", "decouple for motion at every frequency tried, up to 3.1 Hz"),
-        (2.5, True, "below", "decouple for motion below 2.5 Hz (missing effect: inertia)"),
-        (math.nan, True, "none", "do not decouple (missing effect: inertia)"),
-        (
-            math.inf,
-            False,
-            "all",
-            "decouple for motion at every frequency tried, up to 3.1 Hz, but not in free fall "
-            "(missing effect: carriage)",
-        ),
-        (
-            2.5,
-            False,
-            "below",
-            "decouple for motion below 2.5 Hz (missing effect: inertia), but not in free fall "
-            "(missing effect: carriage)",
-        ),
+        (math.inf, True, "all", [3.1], []),
+        (2.5, True, "below", [2.5], ["inertia"]),
+        (math.nan, True, "none", [], ["inertia"]),
+        (math.inf, False, "all", [3.1], ["carriage"]),
+        (2.5, False, "below", [2.5], ["inertia", "carriage"]),
     ],
 )
 def test_the_sentence_follows_from_limits(
-    limit: float, tolerable: bool, scope: str, text: str
+    limit: float, tolerable: bool, scope: str, hz: list[float], missing: list[str]
 ) -> None:
     found = verdict(results(limit, tolerable), "fast-flight", "decoupled")
-    assert (found["scope"], found["text"]) == (scope, text)
+    assert found["scope"] == scope
+    assert ("do not decouple" in found["text"]) == (scope == "none")
+    assert ("not in free fall" in found["text"]) == (not tolerable)
+    assert numbers_of(found["text"]) == hz
+    assert re.findall(r"missing effect: (\w+)", found["text"]) == missing
     # As JSON has null alike for no limit and none tolerable.
     assert list(found["scopes"].values()) == [scope]
 
@@ -123,14 +117,14 @@ def test_what_is_missed_is_found_and_told_of_the_decoupled_model_alone() -> None
     for part in case["excitations"].values():
         part["models"]["independent"] = part["models"]["decoupled"]
     text = verdict(case, "fast-flight", "independent")["text"]
-    assert text == "decouple for motion below 2.5 Hz, but not in free fall"
+    assert "2.5 Hz" in text and "not in free fall" in text and "missing" not in text
 
 
 def test_what_limit_and_exception_both_miss_is_told_once() -> None:
     case = results(2.5, False)
     case["excitations"]["fall"]["responsible"] = "inertia"
     text = verdict(case, "fast-flight", "decoupled")["text"]
-    assert text.endswith("below 2.5 Hz, but not in free fall (missing effect: inertia)")
+    assert "2.5 Hz" in text and "not in free fall" in text and text.count("inertia") == 1
 
 
 @pytest.mark.parametrize(
@@ -144,7 +138,7 @@ def test_where_the_coupled_model_is_lost_nothing_is_decided(
     case["excitations"][name]["models"]["decoupled"] |= errors
     found = verdict(case, "fast-flight", "decoupled")
     assert found["scope"] == "undecided" and "missed" not in found["text"]
-    assert f"the coupled model itself does not complete {name}" in found["text"]
+    assert "coupled" in found["text"] and name in found["text"]
 
 
 def test_a_tip_that_is_pushed_harder_the_stiffer_it_is_is_to_be_softer() -> None:
@@ -175,29 +169,25 @@ def test_advice_is_stored_as_strict_json_a_table_and_a_figure(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "parts"),
+    ("arguments", "field", "fact"),
     [
-        (("papre",), ("vehicle is 'papre'", "use paper")),
-        (("paper", "--task", "hoover"), ("task holds 'hoover'", "use hover")),
-        (("paper", "--tolerance", "-1"), ("tolerance is -1.0",)),
-        (("paper", "--pixels", "nan"), ("pixels is nan",)),
-        (("paper", "--gains", "none"), ("gains is 'none'",)),
-        (("paper", "--gains", ""), ("gains is ''",)),
-        (("paper", "--task", "hover", "--gains", "paper"), ("gains is paper", "no task tracks")),
-        (("paper", "--task", "contact", "--pixels", "1"), ("pixels is 1.0", "--task track:M")),
-        (("paper", "--loop", "postion"), ("loop is 'postion'", "use position")),
-        (("paper", "--loop", "none", "--bandwidth", "8"), ("bandwidth is 8",)),
-        (("paper", "--bandwidth", "0"), ("attitude_bandwidth is 0",)),
+        (("papre",), "vehicle", "use paper"),
+        (("paper", "--task", "hoover"), "task", "use hover"),
+        (("paper", "--tolerance", "-1"), "tolerance", "-1.0"),
+        (("paper", "--pixels", "nan"), "pixels", "nan"),
+        (("paper", "--gains", "none"), "gains", "'none'"),
+        (("paper", "--gains", ""), "gains", "''"),
+        (("paper", "--task", "hover", "--gains", "paper"), "gains", "paper"),
+        (("paper", "--task", "contact", "--pixels", "1"), "pixels", "--task track:M"),
+        (("paper", "--loop", "postion"), "loop", "use position"),
+        (("paper", "--loop", "none", "--bandwidth", "8"), "bandwidth", "8"),
+        (("paper", "--bandwidth", "0"), "attitude_bandwidth", "0"),
     ],
 )
 def test_unusable_input_is_refused_in_a_sentence(
-    arguments: tuple[str, ...], parts: tuple[str, ...]
+    arguments: tuple[str, ...], field: str, fact: str
 ) -> None:
-    result = CliRunner().invoke(cli.app, ["advise", *arguments])
-    assert result.exit_code == 2
-    for part in parts:
-        assert part in result.stderr
-    assert "Traceback" not in result.stderr
+    assert_refused(CliRunner().invoke(cli.app, ["advise", *arguments]), field, fact)
 
 
 def test_a_lost_target_decides_nothing() -> None:
@@ -212,21 +202,17 @@ def test_a_lost_target_decides_nothing() -> None:
         "called": "my.toml",
     }
     entry = verdict(found, "track:M", "decoupled")
-    assert entry["scope"] == "undecided" and "gains paper lose the target" in entry["text"]
+    assert entry["scope"] == "undecided" and "gains paper" in entry["text"]
     assert "`continuair tune --vehicle my.toml --out gains.toml`" in entry["text"]
     assert "`continuair advise my.toml --gains gains.toml`" in entry["text"]
 
 
 def test_where_the_coupled_plant_itself_loses_a_target_is_told() -> None:
     found = {"rms_px": 0.1, "gains": "paper", "models": {"decoupled": {"limit_m_s": 0.35}}}
-    for lost, says in (
-        (0.4557, " (from 0.45 m/s on the coupled plant itself loses"),
-        (math.inf, ""),
-    ):
+    for lost, told in ((0.4557, [0.35, 0.45]), (math.inf, [0.35])):
         task = {"tracking": {"track:M": found | {"lost_from_m_s": lost}}}
         text = verdict(task, "track:M", "decoupled")["text"]
-        assert text.startswith(f"decouple for a target slower than 0.35 m/s{says}")
-        assert math.isfinite(lost) or text.endswith("m/s")
+        assert numbers_of(text) == told
 
 
 def test_couplings_that_cancel_are_named_together() -> None:
@@ -248,7 +234,5 @@ def test_the_speed_of_a_target_is_that_of_no_draw_of_noise(
         tracking.tracking_limit(each, "L", gains, ("decoupled",), 0.7) for each in (clear, noisy)
     )
     assert of_noisy == found
-    assert any(
-        "without the camera's noise of 0.5 px" in each for each in tracking.tracking_notes(noisy)
-    )
+    assert any("noise of 0.5 px" in each for each in tracking.tracking_notes(noisy))
     assert not any("noise" in each for each in tracking.tracking_notes(clear))

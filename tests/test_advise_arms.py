@@ -134,8 +134,7 @@ def test_advice_names_what_was_varied_and_that_the_atlas_is_of_other_vehicles(
     contact: dict[str, Any], tmp_path: Path
 ) -> None:
     text = as_table(contact)
-    assert "the arm that carries the camera, arm, its sections base, tip bending alike" in text
-    assert "this vehicle lies outside of both" in text
+    assert "sections base, tip" in text and "outside of both" in text
     assert "(55 mm)" in text  # a tenth of the arm of 0.3 m and 0.25 m
     assert contact["excitations"]["tip"]["responsible"]
     drawn: list[str] = []

@@ -19,6 +19,7 @@ from continuair.studies.excited_flights import Loop, excited, flown_errors
 from continuair.studies.tables import number_below
 from continuair.studies.timing import median_ratios
 from tests.new_user import NEW_USER
+from tests.refusals import numbers_of
 
 Array = np.ndarray
 TOLERANCE = 0.02
@@ -215,35 +216,28 @@ def results(decoupled: dict[str, float], independent: dict[str, float]) -> dict[
 
 def test_notes_tell_where_independent_is_better_and_whose_limit_it_is() -> None:
     found = notes(results({"bend": 2.0, "moment": 0.5}, {"bend": 1.0, "moment": 0.9}))
-    better = (
-        "hover: independent does better than decoupled: it allows 0.9, decoupled allows 0.5 [Hz]."
-    )
-    assert found[0] == better
-    assert found[1] == "hover: the limit is that of moment alone; bend allows 2 [Hz]."
+    assert numbers_of(found[0]) == [0.9, 0.5] and "independent" in found[0]
+    assert numbers_of(found[1]) == [2.0] and "moment" in found[1]
     quiet = notes(results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4}))
-    assert len(quiet) == 2 and "fewer than three cycles below 0.3 Hz" in quiet[0]
-    assert quiet[1] == "Oscillating loads were tried from 0.1 Hz on, none slower."
+    assert len(quiet) == 2 and "0.3 Hz" in quiet[0] and "0.1 Hz" in quiet[1]
 
 
 def test_a_note_tells_that_gravity_swings_an_arm_faster_than_anything_that_was_tried() -> None:
     """A limp arm: what is tried ends at three times the frequency of its clamped stiffness."""
     case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
     case["hovering_hz"] = [3.94, 9.0]
-    assert any("swings at 3.9 Hz, above" in note and " 3 Hz" in note for note in notes(case))
+    assert any("3.9 Hz" in note and " 3 Hz" in note for note in notes(case))
 
 
 def test_a_note_tells_whose_flights_ended_early() -> None:
     case = results({"bend": 0.6, "moment": 0.5}, {"bend": 0.5, "moment": 0.4})
     entry = case["excitations"]["moment"]["models"]["decoupled"]
     entry |= {"hz": [0.1, 0.5, 1.0, 3.0], "errors": [0.01, math.inf, math.inf, 0.02]}
-    for whose, error, so in (
-        ("decoupled", math.inf, "which counts as beyond every tolerance"),
-        ("the coupled model", math.nan, "so that errors are undefined"),
-    ):
+    for whose, error in (("of decoupled", math.inf), ("of the coupled model", math.nan)):
         entry["errors"] = [0.01, error, error, 0.02]
         (told,) = (each for each in notes(case) if "ended early" in each)
-        said = f"moment: flights of {whose} ended early at 2 of 4 frequencies tried for decoupled"
-        assert told == f"{said} (0.5 to 1 Hz), {so}; curves have a gap there."
+        assert told.startswith("moment: ") and whose in told
+        assert numbers_of(told) == [2.0, 4.0, 0.5, 1.0]
     entry["errors"] = [0.01, 0.02, 0.03, 0.02]
     assert not [each for each in notes(case) if "ended early" in each]
 
@@ -281,7 +275,7 @@ def test_a_note_tells_that_a_loop_is_unstable_with_the_arm_bent() -> None:
             "drifting_s": None,
         }
         told.append([each for each in notes(case) if "the loop is unstable" in each])
-    assert not told[0] and "a small tilt grows by 0.18 1/s" in told[1][0]
+    assert not told[0] and "0.18 1/s" in told[1][0]
 
 
 def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> None:
@@ -294,8 +288,7 @@ def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> N
         "limit_settled": False, "limit_longer_error": 0.0361
     }  # fmt: skip
     unsettled, _, outside = notes(case)
-    assert unsettled.startswith("bend, decoupled: the error has not settled")
-    assert unsettled.endswith("it is 0.036 at the limit.")
+    assert unsettled.startswith("bend, decoupled: ") and 0.036 in numbers_of(unsettled)
     for part in ("gravity number 2.5 (0.002 to 2 there)", "disks", "mount"):
         assert part in outside
     assert "loop" not in outside and "bandwidth" not in outside
@@ -310,7 +303,7 @@ def test_notes_tell_what_the_atlas_does_not_hold_and_what_has_not_settled() -> N
     *_, plane, outside = notes(case)
     assert "rotors, drag, unequal inertia in roll and pitch" in outside
     pitch = NEW_USER.uav.inertia[1][1]
-    assert plane.startswith("Loads act along x and about y alone")
+    assert "along x and about y" in plane
     assert f"{pitch:.2g} kg m², and {1.5 * pitch:.2g} about x" in plane
     case["excitations"] = {}
     assert not [each for each in notes(case) if each.startswith("Loads push")]

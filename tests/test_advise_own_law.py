@@ -17,6 +17,7 @@ from continuair.studies.advise.report import as_table
 from continuair.studies.advise.verdicts import cost_verdict
 from continuair.studies.excited_flights import SWELL, Loop, excited, flown_errors
 from tests.own_law import law
+from tests.refusals import numbers_of, refused
 
 VEHICLE = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.05})
 
@@ -94,14 +95,13 @@ def test_advice_names_the_controller_and_begins_with_the_cost(short: None) -> No
     results = ca.advise(VEHICLE, ["contact"], controller=mine())
     assert results["loop"]["name"] == "own"
     assert results["loop"]["controller"]["name"] == "mine"
-    first = "There is no reason to decouple this vehicle: its decoupled step was measured to take "
-    assert results["cost_verdict"].startswith(f"{first}1.10 times")
-    assert "one of independent 0.60 times" in results["cost_verdict"]
-    assert results["verdict"].startswith(f"{results['cost_verdict']} contact: ")
+    cost = results["cost_verdict"]
+    assert "no reason to decouple" in cost and numbers_of(cost)[:2] == [1.1, 0.6]
+    assert results["verdict"].startswith(f"{cost} contact: ")
     lines = as_table(results).splitlines()
-    assert lines[2].startswith(first)
-    assert "Loop: the controller mine, which was given." in lines
-    assert any("Outside the atlas of other flights" in line and "mine" in line for line in lines)
+    assert lines[2].startswith(cost[:40])
+    assert any("Loop: " in line and "mine" in line for line in lines)
+    assert any("Outside the atlas" in line and "mine" in line for line in lines)
 
 
 @pytest.mark.long
@@ -139,25 +139,24 @@ LOOKING = load_gains("paper").controller(VEHICLE)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "part"),
+    ("arguments", "field"),
     [
-        ({"controller": 3}, "controller is 3; give a continuair.Controller"),
-        ({"controller": ca.stack([mine(), mine()])}, "controller mine holds 2 runs"),
-        ({"controller": mine(), "loop": "none"}, "loop is 'none', but the controller mine holds"),
-        ({"controller": mine(), "bandwidth": 8.0}, "bandwidth is 8.0, but the controller mine"),
-        ({"controller": mine(), "tasks": ["track:M"]}, "looks at no target, but every task"),
-        ({"controller": LOOKING, "tasks": ["hover"]}, "looks at a target, but no task tracks"),
-        ({"controller": LOOKING, "gains": load_gains("paper")}, "tracks; leave gains out"),
-        ({"controller": mine(goal=3.0), "tasks": ["hover"]}, "m from the origin, where loads"),
-        ({"controller": mine(rate=2000.0), "tasks": ["hover"]}, "loses the hover at the origin"),
+        ({"controller": 3}, "controller"),
+        ({"controller": ca.stack([mine(), mine()])}, "controller"),
+        ({"controller": mine(), "loop": "none"}, "loop"),
+        ({"controller": mine(), "bandwidth": 8.0}, "bandwidth"),
+        ({"controller": mine(), "tasks": ["track:M"]}, "controller"),
+        ({"controller": LOOKING, "tasks": ["hover"]}, "controller"),
+        ({"controller": LOOKING, "gains": load_gains("paper")}, "gains"),
+        ({"controller": mine(goal=3.0), "tasks": ["hover"]}, "controller"),
+        ({"controller": mine(rate=2000.0), "tasks": ["hover"]}, "controller"),
     ],
 )
 def test_a_controller_that_no_task_flies_is_refused_in_a_sentence(
-    arguments: dict[str, Any], part: str
+    arguments: dict[str, Any], field: str
 ) -> None:
-    with pytest.raises(ca.InputError) as caught:
+    with refused(field):
         ca.advise(VEHICLE, **arguments)
-    assert part in str(caught.value)
 
 
 def test_the_time_of_a_step_is_that_of_a_flight_alone(monkeypatch: pytest.MonkeyPatch) -> None:

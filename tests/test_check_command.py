@@ -16,6 +16,7 @@ from continuair.analysis.modes import modes
 from continuair.studies.check import facts
 from continuair.vehicle.vehicle import load_vehicle, preset_text
 from continuair.vehicle.vehicle_file import as_toml
+from tests.refusals import assert_refused, numbers_of, refused
 
 PAPER_TOML = preset_text("paper")
 
@@ -31,10 +32,7 @@ def run(*arguments: str) -> Any:
 
 def test_check_of_an_unusable_file_names_the_file_and_the_field() -> None:
     Path("wrong.toml").write_text('name = "x"\n[uav]\nmass = -1\ninertia = [1, 1, 1]\n')
-    result = run("check", "wrong.toml")
-    assert result.exit_code == 2
-    assert "wrong.toml: uav.mass is -1" in result.stderr
-    assert "Traceback" not in result.stderr
+    assert_refused(run("check", "wrong.toml"), "uav.mass", "-1", place="wrong.toml")
 
 
 def test_check_shows_mass_ratio_and_both_bending_frequencies() -> None:
@@ -102,7 +100,7 @@ def test_check_says_that_leaning_rotors_do_not_hover() -> None:
         rotors += f"  {{ position = [{x}, {y}, 0.0], axis = [0.5, 0.0, 1.0], spin = {spin} }},\n"
     Path("lean.toml").write_text(PAPER_TOML.replace("[arm]", rotors + "]\n\n[arm]"))
     told = " ".join(run("check", "lean.toml").stdout.split())
-    assert "push a level vehicle sideways by 12.8 N" in told
+    assert "sideways by 12.8 N" in told
 
 
 def test_check_says_of_what_rotors_have_left_what_a_hover_says() -> None:
@@ -120,9 +118,9 @@ def test_check_says_of_what_rotors_have_left_what_a_hover_says() -> None:
     thrusts = ca.simulate(vehicle, straight, sample=0.01)["rotor_thrust"].to_numpy()[0]
     assert told["rotors' margin, arm straight"] == f"{1.0 - thrusts.max() / 20.0:.0%}"
     bent = straight.replace(q=[*start, 1.0 / vehicle.arm.length, 0.0])
-    with pytest.raises(ca.InputError, match="sideways force") as refused:
+    with refused("uav.rotors") as hover:
         ca.simulate(vehicle, bent, sample=0.01)
-    (aside,) = re.findall(r"sideways force of (\S+) N", str(refused.value))
+    (aside,) = re.findall(r"(\S+) N\b", hover.value.problem)
     assert told["rotors' margin, arm bent by 1 rad"].endswith(f"sideways by {aside} N")
 
 
@@ -152,7 +150,7 @@ def test_check_says_that_rotors_cannot_hold_a_bent_arm() -> None:
     Path("short.toml").write_text(PAPER_TOML.replace("[arm]", rotors))
     shown = run("check", "short.toml").stdout
     line = " ".join(shown.split()).partition("rotors' margin, arm bent by 1 rad ")[2]
-    assert line.startswith("none: a rotor would have to give -")
+    assert line.startswith("none: ") and min(numbers_of(line[:80])) < 0.0
 
 
 def test_check_says_that_rotors_push_more_than_a_hover_takes() -> None:
@@ -163,7 +161,7 @@ def test_check_says_that_rotors_push_more_than_a_hover_takes() -> None:
     Path("strong.toml").write_text(PAPER_TOML.replace("[arm]", table))
     shown = " ".join(run("check", "strong.toml").stdout.split())
     line = shown.partition("rotors' margin, arm straight ")[2]
-    assert line.startswith(f"none: a rotor would have to give {least - 0.1:.3g} N of {least:g}")
+    assert line.startswith("none: ") and f" {least - 0.1:.3g} N of {least:g}" in line
 
 
 def rotors(lever: float = 0.2, most: float = 20, lag: float = 0.03, torque: float = 0.02) -> str:
@@ -177,21 +175,21 @@ def rotors(lever: float = 0.2, most: float = 20, lag: float = 0.03, torque: floa
 @pytest.mark.parametrize(
     ("text", "other", "doubt"),
     [
-        ("density = 7850.0", "density = 2e5", "arm.density is 2e+05 kg/m³, more than any"),
-        ("radius = 0.005", "radius = 0.0002", "held level, the arm of 1 m"),
+        ("density = 7850.0", "density = 2e5", "arm.density is 2e+05 "),
+        ("radius = 0.005", "radius = 0.0002", "the arm of 1 m"),
         (
             "damping = 0.0",
             "disks = [{position = 1, mass = 30}]",
-            "disks.0.mass is 30 kg, more than",
+            "disks.0.mass is 30 kg",
         ),
         ("[0.024, 0.024, 0.047]", "[24, 24, 47]", "in kg m²"),
-        ("damping = 0.0", "damping_ratio = 2", "arm.damping_ratio is 2, overdamped"),
-        ("mount = [0.0, 0.0, 0.0]", "mount = [0, 0, -60]", "uav.mount is 60 m away"),
-        ("\nposition = [0.0, 0.0, 0.0]", "\nposition = [30, 0, 0]", "camera.position is 30 m away"),
-        ("[arm]", rotors(lever=200), "uav.rotors: a rotor is 200 m away"),
-        ("[arm]", rotors(most=800), "125 times the weight"),
-        ("[arm]", rotors(lag=30), "uav.rotors.lag is 30 s, very slow"),
-        ("[arm]", rotors(torque=16), "uav.rotors.torque_per_thrust is 16 m, more than any"),
+        ("damping = 0.0", "damping_ratio = 2", "arm.damping_ratio is 2"),
+        ("mount = [0.0, 0.0, 0.0]", "mount = [0, 0, -60]", "uav.mount is 60 m"),
+        ("\nposition = [0.0, 0.0, 0.0]", "\nposition = [30, 0, 0]", "camera.position is 30 m"),
+        ("[arm]", rotors(lever=200), "200 m"),
+        ("[arm]", rotors(most=800), "125 times"),
+        ("[arm]", rotors(lag=30), "uav.rotors.lag is 30 s"),
+        ("[arm]", rotors(torque=16), "uav.rotors.torque_per_thrust is 16 m"),
     ],
 )
 def test_check_warns_of_what_is_hardly_meant(text: str, other: str, doubt: str) -> None:
@@ -211,7 +209,7 @@ def test_check_warns_of_what_is_hardly_meant_and_cannot_be_flown() -> None:
     Path("soft.toml").write_text(re.sub("youngs_modulus = .*", "youngs_modulus = 40", PAPER_TOML))
     result = run("check", "soft.toml")
     assert result.exit_code == 0, result.output
-    assert "arm.youngs_modulus is 40 Pa, less than any material's" in result.stderr
+    assert "arm.youngs_modulus is 40 Pa" in result.stderr
 
 
 def test_check_shows_what_constant_curvature_costs_beside_the_beam() -> None:

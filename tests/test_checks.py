@@ -20,14 +20,14 @@ HERE = ca.paths.hold()
 LAW: Any = len
 
 NUMBERS: dict[str, Any] = {
-    "a radius of a path": lambda value: ca.paths.circle(radius=value),
-    "a side of a target": lambda value: ca.square(value),
-    "a distance of a target": lambda value: ca.Target(ca.paths.hold(), distance=value),
-    "a gain": lambda value: ca.servoing(value, 1.0),
-    "a setting of a law": lambda value: ca.hold(VEHICLE, [0, 0, 3], rate=value),
-    "a bandwidth": lambda value: ca.design(VEHICLE, value),
-    "a duration": lambda value: ca.Scenario("s", np.zeros(8), duration=value),
-    "a field of a vehicle": lambda value: VEHICLE.replace({"uav.mass": value}),
+    "radius": lambda value: ca.paths.circle(radius=value),
+    "side": lambda value: ca.square(value),
+    "distance": lambda value: ca.Target(ca.paths.hold(), distance=value),
+    "Kp": lambda value: ca.servoing(value, 1.0),
+    "rate": lambda value: ca.hold(VEHICLE, [0, 0, 3], rate=value),
+    "bandwidth": lambda value: ca.design(VEHICLE, value),
+    "duration": lambda value: ca.Scenario("s", np.zeros(8), duration=value),
+    "uav.mass": lambda value: VEHICLE.replace({"uav.mass": value}),
 }
 
 
@@ -40,23 +40,23 @@ def test_a_number_may_be_of_python_or_numpy(name: str) -> None:
 @pytest.mark.parametrize("name", NUMBERS)
 def test_what_is_no_finite_number_is_refused_by_value(name: str) -> None:
     for value in (True, np.True_, "2", None, 2j, np.nan, -np.inf, 10**400):
-        with pytest.raises(ca.InputError) as caught:
+        with refused(name) as caught:
             NUMBERS[name](value)
-        assert shown(value) in str(caught.value)
+        assert shown(value) in caught.value.problem
 
 
 ARRAYS: dict[str, Any] = {
-    "a state": lambda row: ca.Scenario("s", [*row, 0, 0, 0, 0, 0]),
-    "states": lambda row: ca.Scenario("s", [[*row, 0, 0, 0, 0, 0], [0.0] * 8]),
-    "a force": lambda row: ca.Scenario("s", np.zeros(8), force=row),
-    "a force over time": lambda row: ca.Scenario("s", np.zeros(8), force=lambda t: row),
+    "q": lambda row: ca.Scenario("s", [*row, 0, 0, 0, 0, 0]),
+    "q of runs": lambda row: ca.Scenario("s", [[*row, 0, 0, 0, 0, 0], [0.0] * 8]),
+    "force": lambda row: ca.Scenario("s", np.zeros(8), force=row),
+    "force over time": lambda row: ca.Scenario("s", np.zeros(8), force=lambda t: row),
     "points": lambda row: ca.Target(ca.paths.hold(), [row, [1, 0, 0], [0, 1, 0]]),
-    "a position": lambda row: ca.hold(VEHICLE, row),
-    "a place": lambda row: ca.paths.hold(row),
-    "a gain": lambda row: ca.servoing([*row, 1, 1, 1], 1.0, points=3),
-    "a gain of one's own": lambda row: ca.Controller("c", LAW, {"k": row}),
-    "a mount": lambda row: VEHICLE.replace({"uav.mount": row}),
-    "radii": lambda row: VEHICLE.replace({"arm.radius": row}),
+    "position": lambda row: ca.hold(VEHICLE, row),
+    "position of a path": lambda row: ca.paths.hold(row),
+    "Kp": lambda row: ca.servoing([*row, 1, 1, 1], 1.0, points=3),
+    "k": lambda row: ca.Controller("c", LAW, {"k": row}),
+    "uav.mount": lambda row: VEHICLE.replace({"uav.mount": row}),
+    "arm.radius": lambda row: VEHICLE.replace({"arm.radius": row}),
 }
 NO_NUMBERS = {
     "a truth value": [True, 0.1, 0.1],
@@ -72,18 +72,17 @@ NO_NUMBERS = {
 @pytest.mark.parametrize("numbers", NO_NUMBERS)
 @pytest.mark.parametrize("name", ARRAYS)
 def test_a_list_is_refused_if_an_entry_is_no_number_of_its_own(name: str, numbers: str) -> None:
-    with pytest.raises(ca.InputError) as caught:
+    with refused(name.split()[0]):
         ARRAYS[name](NO_NUMBERS[numbers])
-    assert "\n" not in str(caught.value) and str(caught.value).endswith(".")
 
 
 MASKED = np.ma.array([0.1, 0.1, 0.1], mask=[False, True, False])
 
 
 # A list into which others unpack the array has no mask.
-@pytest.mark.parametrize("name", sorted(ARRAYS.keys() - {"a state", "states", "a gain"}))
+@pytest.mark.parametrize("name", sorted(ARRAYS.keys() - {"q", "q of runs", "Kp"}))
 def test_what_a_mask_hides_is_no_number(name: str) -> None:
-    with pytest.raises(ca.InputError):
+    with refused(name.split()[0]):
         ARRAYS[name](MASKED)
     ARRAYS[name](np.ma.array([0.1, 0.1, 0.1]))
 

@@ -27,7 +27,7 @@ def test_what_names_no_processor_is_told_in_one_sentence(target: str, tmp_path: 
     done = run(target, COMMAND, "check", "paper", cache=tmp_path)
     assert done.returncode == 2 and done.stdout.strip() == ""
     assert done.stderr.startswith(f"CONTINUAIR_CPU_TARGET is '{target}'")
-    assert done.stderr.endswith("such as x86-64-v3, or native.\n") and done.stderr.count("\n") == 1
+    assert "x86-64-v3" in done.stderr and done.stderr.count("\n") == 1
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 """What a user reads when a vehicle, or a file that describes one, cannot be used."""
 
 import math
-import re
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +10,15 @@ import pytest
 from continuair.errors import InputError, shown
 from continuair.vehicle.disk import Disk
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
-from tests.refusals import assert_plain, refused
+from tests.refusals import refused
 
 PAPER = load_vehicle("paper")
 PAPER_TOML = Path(__file__).parents[1] / "src/continuair/presets/paper.toml"
 
 
-def sentence(changes: dict[str, Any]) -> str:
-    """Return what a user reads when the paper's vehicle is changed in an unusable way."""
-    with pytest.raises(InputError) as caught:
-        PAPER.replace(changes)
-    return str(caught.value)
-
-
 DISK = {"position": 1.0, "mass": 1e-3}
-UNUSABLE: list[tuple[dict[str, Any], str]] = [
+UNUSABLE: list[tuple[Any, str]] = [
+    (3, "changes"),
     ({"uav.mass": -1.0}, "uav.mass"),
     ({"uav.mass": 0}, "uav.mass"),
     ({"uav.mass": math.nan}, "uav.mass"),
@@ -55,7 +48,7 @@ UNUSABLE: list[tuple[dict[str, Any], str]] = [
     ({"arm.diameter": 0.01}, "arm.diameter"),
     ({"arm.radius.x": 1}, "arm.radius.x"),
     ({"": 1}, "''"),
-    ({3: 1}, "3"),  # type: ignore[dict-item]
+    ({3: 1}, "3"),
     ({"arm": 3}, "arm"),
     ({"camera": None}, "camera"),
     ({"name": 3}, "name"),
@@ -87,21 +80,10 @@ UNUSABLE: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("changes", "field"), UNUSABLE, ids=lambda value: str(value)[:40])
 def test_unusable_value_is_refused_in_one_sentence_with_field_value_and_remedy(
-    changes: dict[str, Any], field: str
+    changes: Any, field: str
 ) -> None:
     with refused(field):
         PAPER.replace(changes)
-
-
-def assert_one_plain_sentence(text: str) -> None:
-    assert "\n" not in text
-    assert text.endswith(".")
-    assert not re.search(r"pydantic|https?:|Input should|validation error|valid integer", text)
-
-
-def test_changes_must_be_a_mapping() -> None:
-    with refused("changes"):
-        PAPER.replace(3)  # type: ignore[arg-type]
 
 
 def test_several_problems_are_told_one_per_line() -> None:
@@ -120,22 +102,10 @@ def test_fields_cannot_be_assigned_or_deleted() -> None:
         del PAPER.name
 
 
-def test_a_misspelt_field_is_named_in_full_though_the_right_one_is_missing(tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    disk = "[[arm.disks]]\nposition = 1.0\nmas = 0.1\n"
-    for text, field in (
-        (TEXT.replace("radius", "radus"), "arm.radus"),
-        (TEXT + disk, "arm.disks.0.mas"),
-    ):
-        path.write_text(text, encoding="utf-8")
-        with refused(field):
-            load_vehicle(path)
-
-
 def test_rows_that_were_read_as_a_batch_of_diagonals_are_told_so() -> None:
-    text = sentence({"uav.inertia": [[1, 0, 0], [0, 1, 0]]})
-    assert "run 0 (uav.inertia holds 2 rows, read as the diagonals of 2 runs): uav.inertia" in text
-    assert "diagonal or 3x3" in text
+    with refused("uav.inertia") as caught:
+        PAPER.replace({"uav.inertia": [[1, 0, 0], [0, 1, 0]]})
+    assert caught.value.place.startswith("run 0") and "2 rows" in caught.value.place
 
 
 def test_a_class_is_shown_by_its_name() -> None:
@@ -148,6 +118,9 @@ BAD_FILES = [
     (TEXT.replace("mass = 2.0", "mass = nan"), "uav.mass"),
     (TEXT.replace("mass = 2.0", ""), "uav.mass"),
     (TEXT.replace("mass = 2.0", "mass = 2.0\nmasss = 1"), "uav.masss"),
+    # The right one is missing as well.
+    (TEXT.replace("radius", "radus"), "arm.radus"),
+    (TEXT + "[[arm.disks]]\nposition = 1.0\nmas = 0.1\n", "arm.disks.0.mas"),
     (TEXT.replace("damping = 0.0", "damping = 1\ndamping_ratio = 0.1"), "arm.damping"),
     (TEXT.replace("mass = 2.0", "mass 2.0"), "file"),
     (TEXT + "a = '''\n", "file"),
@@ -161,15 +134,14 @@ def test_malformed_file_is_refused_by_its_name_and_field(
 ) -> None:
     path = tmp_path / "mine.toml"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
-    with pytest.raises(InputError) as caught:
+    with refused(field, place=path):
         load_vehicle(path)
-    assert (caught.value.place, caught.value.field) == (str(path), field)
-    assert_plain(caught.value)
 
 
 @pytest.mark.parametrize(
     ("name", "field"),
     [
+        (Path(__file__).parent, "file"),
         ("papr", "vehicle"),
         ("", "vehicle"),
         ("x" * 5000, "vehicle"),
@@ -182,11 +154,6 @@ def test_malformed_file_is_refused_by_its_name_and_field(
 def test_vehicle_that_is_not_there_is_refused(name: Any, field: str) -> None:
     with refused(field):
         load_vehicle(name)
-
-
-def test_directory_is_refused(tmp_path: Path) -> None:
-    with refused("file"):
-        load_vehicle(tmp_path)
 
 
 def test_file_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:

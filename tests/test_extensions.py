@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from continuair import extensions
 from continuair.errors import InputError
+from tests.refusals import refused
 
 
 def entry(name: str, load: Callable[[], Any]) -> SimpleNamespace:
@@ -39,7 +40,7 @@ def test_commands_of_a_package_that_fails_are_left_out_and_told_in_a_line(
     app = typer.Typer()
     extensions.add_commands(app)
     (told,) = capsys.readouterr().err.splitlines()
-    assert told.startswith("warning: commands of broken are left out")
+    assert told.startswith("warning: ") and "broken" in told
     assert CliRunner().invoke(app, ["greet"]).output == "hello\n"
 
 
@@ -47,9 +48,9 @@ def test_scenarios_come_from_the_package_that_provides_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert extensions.scenario("open_loop_test")("B").name == "Test B"
-    with pytest.raises(InputError, match="no installed package provides"):
+    with refused("scenarios"):
         extensions.scenario("nothing")
     broken = [entry("x", failing(ImportError("gone")))]
     monkeypatch.setattr(extensions, "entry_points", lambda **_: broken)
-    with pytest.raises(InputError, match="cannot be loaded"):
+    with refused("scenarios"):
         extensions.scenario("x")

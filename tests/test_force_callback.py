@@ -100,25 +100,24 @@ def test_it_warns_that_it_is_slow() -> None:
 
 
 @pytest.mark.parametrize(
-    ("returned", "problem"),
+    "returned",
     [
-        ([0.0, 0.0, 1.0], "return a continuair.Wrench"),
-        (ca.Wrench([0.0, 1.0]), "3 finite"),
-        (ca.Wrench([0.0, np.nan, 1.0]), "3 finite"),
-        (ca.Wrench([0.0, 0.0, 1.0], ["a"]), "the moment"),
-        (ca.Wrench([0.0, 0.0, 1.0], at=("tip", 1)), "has 1 arms"),
-        (ZeroDivisionError("no"), "ZeroDivisionError: no"),
+        [0.0, 0.0, 1.0],
+        ca.Wrench([0.0, 1.0]),
+        ca.Wrench([0.0, np.nan, 1.0]),
+        ca.Wrench([0.0, 0.0, 1.0], ["a"]),
+        ca.Wrench([0.0, 0.0, 1.0], at=("tip", 1)),
+        ZeroDivisionError("no"),
     ],
 )
-def test_what_is_no_wrench_is_refused(returned: Any, problem: str) -> None:
+def test_what_is_no_wrench_is_refused(returned: Any) -> None:
     def callback(time: float, state: FlightState) -> Any:
         if isinstance(returned, Exception):
             raise returned
         return returned
 
-    with pytest.raises(ca.InputError, match=problem) as caught:
+    with refused("force_callback"):
         flown(callback)
-    assert len(caught.value.errors) == 1
 
 
 def test_what_does_not_call_it_refuses_it() -> None:

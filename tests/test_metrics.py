@@ -163,7 +163,7 @@ def test_angles_that_go_apart_beside_the_vertical_are_no_rotation() -> None:
         dataset = flight(load_vehicle("paper"), open_loop_test("B").replace(duration=1.0))
         turned = (pitches * attitude * DOWN).as_quat()
         tumbles.append(dataset.assign(tip_attitude=(("time", "quaternion"), turned)))
-    with pytest.warns(ContinuairWarning, match="overstate the rotation, up to"):
+    with pytest.warns(ContinuairWarning, match="overstate"):
         found = compare(*tumbles)
     assert found["angle_rad"] < 0.2 and found["rmse_r_rad"] > math.pi
     assert rotation_metric([found]) == "angle_rad"
@@ -208,7 +208,7 @@ THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
 
 
 @pytest.mark.parametrize(
-    ("coupled", "other", "words"),
+    ("coupled", "other", "field"),
     [
         (1, 2, "coupled"),
         (FLIGHT, None, "other"),
@@ -231,8 +231,8 @@ THREE, TWO = (xr.concat([FLIGHT] * runs, "run") for runs in (3, 2))
         (FLIGHT, THREE, "other"),
     ],
 )
-def test_what_cannot_be_compared_is_told(coupled: Any, other: Any, words: str) -> None:
-    with refused(words):
+def test_what_cannot_be_compared_is_told(coupled: Any, other: Any, field: str) -> None:
+    with refused(field):
         compare(coupled, other)
 
 
@@ -244,7 +244,7 @@ def test_times_that_are_rounded_otherwise_are_the_same() -> None:
 def test_comparing_a_masked_flight_warns_of_what_it_lacks() -> None:
     masked = FLIGHT.assign(status=((), np.int8(0))).where(FLIGHT["time"] <= 0.5)
     lost = int((FLIGHT["time"] > 0.5).sum())
-    with pytest.warns(ContinuairWarning, match=f"other lacks the tip at {lost} of") as caught:
+    with pytest.warns(ContinuairWarning, match=f"other .* {lost} of") as caught:
         assert math.isnan(compare(FLIGHT, masked)["rmse_t_m"])
     assert len(caught) == 1 and caught[0].filename == __file__
 
@@ -252,7 +252,7 @@ def test_comparing_a_masked_flight_warns_of_what_it_lacks() -> None:
 def test_comparing_runs_that_ended_early_warns_and_names_the_status() -> None:
     late = FLIGHT["time"] > 0.5
     ended = FLIGHT.where(~late).assign(status=((), np.int8(2)), end_time=((), 0.5))
-    with pytest.warns(ContinuairWarning, match="other stopped early at 0.5 s with status 2"):
+    with pytest.warns(ContinuairWarning, match="other .* 0.5 s .*status 2"):
         assert math.isnan(compare(FLIGHT, ended)["rmse_t_m"])
     batch = xr.concat([FLIGHT, ended], "run")
     with pytest.warns(ContinuairWarning, match="run 1 of coupled") as caught:
@@ -383,7 +383,7 @@ def test_flights_that_one_alone_was_joined_from_are_not_paired_by_place() -> Non
 def test_flights_that_are_given_the_wrong_way_round_are_told_of() -> None:
     vehicle, test = ca.load_vehicle("paper"), open_loop_test("B")
     coupled, other = (ca.simulate(vehicle, test, model=name) for name in ("coupled", "decoupled"))
-    with pytest.warns(ca.ContinuairWarning, match="give the coupled flight first"):
+    with pytest.warns(ca.ContinuairWarning, match="coupled"):
         ca.compare(other, coupled)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -25,7 +25,7 @@ from continuair.vehicle.section import Section
 from continuair.vehicle.template import LAYOUTS, Outline, as_template
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle, load_vehicle, preset_text
-from tests.refusals import refused
+from tests.refusals import assert_refused, refused
 
 GRAVITY = 9.81
 
@@ -126,22 +126,22 @@ def test_nothing_that_is_there_is_overwritten() -> None:
     for name in ("mine.toml", "link.toml"):
         for more in ((), ("--from", "paper"), ("--yes",)):
             result = run(name, *more)
-            assert result.exit_code == 2 and "not a new file" in result.stderr
+            assert_refused(result, "file", name)
     assert Path("mine.toml").read_text() == "mine" and not Path("nowhere.toml").exists()
 
 
 @pytest.mark.parametrize(
-    ("arguments", "part"),
+    ("arguments", "field", "fact"),
     [
-        (("drone",), "vehicles are .toml files"),
-        (("no/drone.toml",), "No such file or directory"),
-        (("drone.toml", "--from", "papr"), "use paper"),
+        (("drone",), "file", ".toml"),
+        (("no/drone.toml",), "file", "No such file or directory"),
+        (("drone.toml", "--from", "papr"), "from", "use paper"),
     ],
 )
-def test_what_cannot_be_written_or_copied_is_refused(arguments: tuple[str, ...], part: str) -> None:
-    result = run(*arguments)
-    assert result.exit_code == 2 and part in result.stderr and result.stdout == ""
-    assert result.stderr.count("\n") == 1
+def test_what_cannot_be_written_or_copied_is_refused(
+    arguments: tuple[str, ...], field: str, fact: str
+) -> None:
+    assert_refused(run(*arguments), field, fact)
     assert list(Path().iterdir()) == []
 
 
@@ -166,14 +166,14 @@ def test_bad_answers_are_asked_again_in_a_sentence() -> None:
     result = run("mine.toml", answers="\n".join([*answers, ""]))
     assert result.exit_code == 0, result.stderr
     for told in (
-        "mass is -1.0; give a finite number above 0 [kg].",
-        "mass is 'heavy'; give a number, such as 0.5.",
+        "mass is -1.0",
+        "mass is 'heavy'",
         "layout is 'quadx'; use quad_x",
-        "length is inf; give",
-        "sections is 9; give a whole number from 1 to 8.",
-        "sections is '1.5'; give a whole number.",
-        "load is -0.1; give",
-        "radius is 0.5, ",
+        "length is inf",
+        "sections is 9",
+        "sections is '1.5'",
+        "load is -0.1",
+        "radius is 0.5",
     ):
         assert told in result.stderr
     vehicle = load_vehicle("mine.toml")
@@ -184,7 +184,7 @@ def test_bad_answers_are_asked_again_in_a_sentence() -> None:
 @pytest.mark.usefixtures("terminal")
 def test_answers_that_end_early_write_nothing() -> None:
     result = run("mine.toml", answers="2.0\n")
-    assert result.exit_code == 2 and "layout is not answered" in result.stderr
+    assert result.exit_code == 2 and result.stderr.splitlines()[-1].startswith("layout ")
     assert not Path("mine.toml").exists()
 
 

@@ -17,7 +17,7 @@ from amiri2026.open_loop import report as open_loop_output
 from amiri2026.open_loop.study import open_loop
 from continuair.studies.results import ResultFolder, as_json
 from continuair.vehicle.vehicle import load_vehicle
-from tests.refusals import refused
+from tests.refusals import numbers_of, refused
 from tests.synthetic import OFFSETS, flight
 
 PAPER = load_vehicle("paper")
@@ -94,11 +94,9 @@ def test_where_the_reference_ends_early_the_other_models_are_told_of_in_one_sent
 
     monkeypatch.setattr(study, "simulate", ended)
     lines = open_loop_output.remarks(open_loop(PAPER, "A").results)
-    assert [line for line in lines if "has not converged" in line] == [
-        "* Test A, coupled, has not converged: the run ended at 0.5 s with status 2.",
-        "* Test A, decoupled and independent, has not converged: coupled, which it is compared "
-        "with, ended early.",
-    ]
+    coupled, others = (line for line in lines if "has not converged" in line)
+    assert "Test A, coupled," in coupled and numbers_of(coupled) == [0.5, 2.0]
+    assert "Test A, decoupled and independent," in others
     assert "inf" not in " ".join(lines)
 
 
@@ -134,8 +132,7 @@ def test_what_has_not_converged_is_said_not_to_have_and_why(
     results = open_loop(PAPER, "C", ["decoupled"]).results
     entry = results["tests"]["C"]["decoupled"]
     assert not entry["converged"]
-    assert "Q_psi_a is divided by the bend" in entry["reason"]
-    assert "its error may be" in entry["reason"]
+    assert "Q_psi_a" in entry["reason"]
     assert "has not converged" in open_loop_output.as_table(results)
 
 
@@ -156,7 +153,7 @@ def test_a_run_that_ended_early_is_not_converged(
     monkeypatch.setattr(study, "simulate", ended)
     results = open_loop(PAPER, "B").results
     entry = results["tests"]["B"]["decoupled"]
-    assert entry["reason"] == "the run ended at 0.5 s with status 2"
+    assert numbers_of(entry["reason"]) == [0.5, 2.0]
     assert not entry["converged"]
     # JSON has no NaN: numbers that do not exist are null.
     stored = json.loads(as_json(results))
@@ -196,7 +193,6 @@ def test_stored_trajectories_and_tables_hold_what_was_computed(
     assert len(lines) == 1 + 2 * 3
     table = (tmp_path / "out/table.md").read_text("utf-8")
     assert "| B | decoupled | 0.2378 | 0.2751 |" in table
-    assert "no match with it is claimed" in table
 
 
 def test_a_folder_of_another_study_is_refused(tmp_path: Path) -> None:

@@ -45,12 +45,12 @@ def test_ratios_are_taken_within_rounds(tmp_path: Path) -> None:
     """All were slower in the second round, by other work; the ratio is 12 throughout."""
     text = page([12.0, 48.0, 12.0], tmp_path)
     assert "| 12 | pass |" in text
-    assert "No peer took less time" in text
-    assert "* RotorPy: it could not be installed" in text
+    assert "faster than ours" not in text
+    assert "* RotorPy: " in text
 
 
 def test_a_faster_peer_and_a_miss_are_told(tmp_path: Path) -> None:
     text = page([0.5, 2.0, 0.5], tmp_path)
     assert "| 0.5 | **miss** |" in text
     assert "0.5 **(faster than ours)**" in text
-    assert "Faster than ours per unit of work: MuJoCo: 8-DoF chain (2 times)" in text
+    assert "MuJoCo: 8-DoF chain (2 times)" in text

@@ -37,6 +37,9 @@ class Around:
     def tolist(self) -> Any:
         return self.magnitude.tolist()
 
+    def __repr__(self) -> str:
+        return f"{self.magnitude} gram"
+
 
 def in_kilo(values: Any) -> Subclass:
     found = np.asarray(values, float).view(Subclass)
@@ -54,29 +57,34 @@ def flown(**inputs: Any) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
-    "use",
+    ("field", "use"),
     [
-        lambda made: flown(force=made(FORCE)),
-        lambda made: flown(force=lambda t: made(FORCE)),
-        lambda made: ca.gust(made(FORCE), 0.0, 1.0),
-        lambda made: flown(gravity=made(9.81)),
-        lambda made: ca.Scenario("x", made(START)),
-        lambda made: ca.Scenario("x", START, duration=made(500.0)),
-        lambda made: PAPER.replace({"uav.mass": made(1500.0)}),
-        lambda made: PAPER.replace({"arm.radius": made([0.004, 0.005])}),
-        lambda made: PAPER.replace({"uav.mount": made([0.0, 0.0, -5.0])}),
-        lambda made: PAPER.replace({"uav.mount": [0.0, 0.0, made(-5.0)]}),
-        lambda made: ca.hold(PAPER, made([0.0, 0.0, 2.0])),
-        lambda made: ca.Setpoints(position=made([0.0, 0.0, 2.0])),
-        lambda made: ca.paths.line([0.0] * 3, made([1.0, 0.0, 0.0])),
-        lambda made: ca.Target(ca.paths.hold(), distance=made(200.0)),
-        lambda made: ca.paths.hold()(made([1.0])),
-        lambda made: ca.accelerations(PAPER, angular_velocity=made([0.0, 0.0, 90.0])),
+        ("force", lambda made: flown(force=made(FORCE))),
+        ("force", lambda made: flown(force=lambda t: made(FORCE))),
+        ("velocity", lambda made: ca.gust(made(FORCE), 0.0, 1.0)),
+        ("gravity", lambda made: flown(gravity=made(9.81))),
+        ("q", lambda made: ca.Scenario("x", made(START))),
+        ("duration", lambda made: ca.Scenario("x", START, duration=made(500.0))),
+        ("uav.mass", lambda made: PAPER.replace({"uav.mass": made(1500.0)})),
+        ("arm.radius", lambda made: PAPER.replace({"arm.radius": made([0.004, 0.005])})),
+        ("uav.mount", lambda made: PAPER.replace({"uav.mount": made([0.0, 0.0, -5.0])})),
+        ("uav.mount", lambda made: PAPER.replace({"uav.mount": [0.0, 0.0, made(-5.0)]})),
+        ("position", lambda made: ca.hold(PAPER, made([0.0, 0.0, 2.0]))),
+        ("position", lambda made: ca.Setpoints(position=made([0.0, 0.0, 2.0]))),
+        ("end", lambda made: ca.paths.line([0.0] * 3, made([1.0, 0.0, 0.0]))),
+        ("distance", lambda made: ca.Target(ca.paths.hold(), distance=made(200.0))),
+        ("times", lambda made: ca.paths.hold()(made([1.0]))),
+        (
+            "angular_velocity",
+            lambda made: ca.accelerations(PAPER, angular_velocity=made([0.0, 0.0, 90.0])),
+        ),
     ],
 )
-def test_a_quantity_with_a_unit_is_refused(use: Callable[[Any], None], kind: Any) -> None:
+def test_a_quantity_with_a_unit_is_refused(
+    field: str, use: Callable[[Any], None], kind: Any
+) -> None:
     use(lambda values: np.asarray(values, float).tolist())
-    with pytest.raises(ca.InputError, match="; (give|return) "):
+    with refused(field):
         use(kind)
 
 

@@ -22,7 +22,7 @@ from continuair import equations
 from continuair.controllers.gain_files import Gains
 from continuair.equations.camera import in_view
 from continuair.flight.resolution import RESOLVED
-from tests.refusals import refused
+from tests.refusals import assert_refused, refused
 from tests.weak_rotors import with_weak_rotors
 
 RUNS = 40
@@ -172,42 +172,41 @@ def test_a_study_writes_tables_flights_and_figures_with_failures_drawn_as_failed
     many = own.isel(start=np.zeros(1000, int)).copy(deep=True)
     many["well"][:] = many["start"].copy(data=np.arange(1000)) > 0
     figure = figures.random_starts(results, many, "coupled", 1000.0)
-    told = "Random starts that end well: " + ", ".join(f"above 99 % {law}" for law in STYLES)
-    assert figure.texts[0].get_text().replace("\n", " ") == told
+    told = figure.texts[0].get_text()
+    assert all(f"above 99 % {law}" in told.replace("\n", " ") for law in STYLES)
 
 
-REFUSED: dict[str, tuple[dict[str, Any], str]] = {
-    "law": ({"laws": ["now"]}, "laws holds 'now'"),
-    "model": ({"models": ["rigid"]}, "models holds 'rigid'"),
-    "rate": ({"rates": [0.0]}, "rates holds 0.0; give control rates above 0"),
-    "alike": ({"rates": [100.0, 100.00001]}, "of which some are written alike"),
-    "no rate": ({"rates": []}, "rates is empty"),
-    "runs": ({"runs": 0}, "runs is 0"),
-    "gains for another law": (
-        {"laws": ["classic"], "gains": Gains("mine.toml", {"bandwidth": 3.0})},
-        "gains is mine.toml, which is for the law constant",
-    ),
-}
+REFUSED: list[tuple[dict[str, Any], dict[str, Any], str]] = [
+    ({}, {"laws": ["now"]}, "laws"),
+    ({}, {"models": ["rigid"]}, "models"),
+    ({}, {"rates": [0.0]}, "rates"),
+    ({}, {"rates": [100.0, 100.00001]}, "rates"),
+    ({}, {"rates": []}, "rates"),
+    ({}, {"runs": 0}, "runs"),
+    ({}, {"laws": ["classic"], "gains": Gains("mine.toml", {"bandwidth": 3.0})}, "gains"),
+    ({"camera.attitude": [1.0, 0.0, 0.0, 0.0]}, {"runs": 5}, "camera"),
+]
 
 
-@pytest.mark.parametrize("case", REFUSED)
-def test_a_study_that_cannot_be_flown_is_refused(case: str, vehicle: ca.Vehicle) -> None:
-    changes, problem = REFUSED[case]
-    with pytest.raises(ca.InputError, match=problem):
-        region(vehicle, **changes)
+@pytest.mark.parametrize(("changes", "options", "field"), REFUSED)
+def test_a_study_that_cannot_be_flown_is_refused(
+    changes: dict[str, Any], options: dict[str, Any], field: str, vehicle: ca.Vehicle
+) -> None:
+    with refused(field):
+        region(vehicle.replace(changes), **options)
 
 
-def test_a_camera_that_does_not_look_down_is_refused(vehicle: ca.Vehicle) -> None:
-    turned = vehicle.replace({"camera.attitude": [1.0, 0.0, 0.0, 0.0]})
-    with refused("camera"):
-        region(turned, runs=5)
-
-
-def test_the_command_refuses_in_one_sentence(tmp_path: Path) -> None:
-    for arguments in (("--law", "now"), ("--rate", "-5"), ("--vehicle", "two_section")):
-        result = CliRunner().invoke(cli.app, ["region", *arguments, "--out", str(tmp_path / "out")])
-        assert result.exit_code == 2 and result.stderr.strip().endswith(".")
-        assert "\n" not in result.stderr.strip() and not (tmp_path / "out").exists()
+@pytest.mark.parametrize(
+    ("option", "given", "field"),
+    [("law", "now", "laws"), ("rate", "-5", "rates"), ("vehicle", "two_section", "vehicle")],
+)
+def test_the_command_refuses_in_one_sentence(
+    option: str, given: str, field: str, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    arguments = ["region", f"--{option}", given, "--out", str(out)]
+    assert_refused(CliRunner().invoke(cli.app, arguments), field)
+    assert not out.exists()
 
 
 def test_the_command_shows_its_laws() -> None:
@@ -218,9 +217,8 @@ def test_the_command_shows_its_laws() -> None:
 @pytest.mark.long
 def test_flights_whose_rotors_saturate_are_counted_and_told(vehicle: ca.Vehicle) -> None:
     tilted = with_weak_rotors(vehicle)
-    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+    with pytest.warns(ca.ContinuairWarning, match="saturate"):
         found = region(tilted, laws=["constant"], models=["coupled"], runs=3)
     (case,) = found.results["cases"]
     assert case["saturated"] == int((found.flights["largest_saturation"] > 1e-9).sum()) > 0
-    told = f"Rotors saturate in {case['saturated']} flights of constant, coupled, 1000 Hz."
-    assert told in summary(found.results)
+    assert f"saturate in {case['saturated']} flights" in "\n".join(summary(found.results))

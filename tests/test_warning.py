@@ -102,11 +102,11 @@ def test_a_sweep_in_several_threads_tells_of_errors_and_so_do_flights_after_it(
     attrs |= {"scenario": {"duration": 3.0, "kappa": 6.0}, "rtol": 1e-2, "check": True}
     masses = np.linspace(0.3, 0.32, 4)
     design = xr.Dataset({"vehicle.uav.mass": ("m", masses)}, attrs=attrs)
-    with pytest.warns(ContinuairWarning, match="error_estimate reaches .* in 4 of 4 runs"):
+    with pytest.warns(ContinuairWarning, match="error_estimate .* 4 of 4 runs"):
         ca.sweep(design, tmp_path / "store", threads=2)
     flight = ca.Scenario("flight", [0, 0, 3, 0, 0, 0, 6.0, 0], duration=3.0)
     texts = told(lambda: ca.simulate(vehicle, flight, rtol=1e-2, check=True))
-    assert any(text.startswith("error_estimate reaches") for text in texts)
+    assert any(text.startswith("error_estimate ") for text in texts)
 
 
 def test_the_stacklevel_is_that_of_who_called() -> None:

@@ -7,9 +7,8 @@ import pytest
 from scipy.signal import periodogram
 
 import continuair as ca
-from continuair.errors import InputError
 from continuair.scenario.wind import Dryden, low_altitude
-from tests.test_errors import assert_one_plain_sentence
+from tests.refusals import refused
 
 SEEDS = 64
 STEP, DURATION = 0.05, 200.0
@@ -111,26 +110,24 @@ def test_a_gust_rises_to_its_velocity_and_is_gone_after_its_duration() -> None:
         np.testing.assert_allclose(wind(t), share * np.array([4.0, 0.0, -2.0]), atol=1e-15)
 
 
-UNUSABLE: list[tuple[Any, str, str]] = [
-    (lambda: ca.gust([1.0, 2.0], 0.0, 1.0), "velocity is [1.0, 2.0]", "3 finite numbers"),
-    (lambda: ca.gust([1.0, 2.0, 3.0], 0.0, 0.0), "duration is 0.0", "above 0"),
-    (lambda: ca.dryden(-1.0, 20.0, 5.0), "w20 is -1.0", "[m/s]"),
-    (lambda: ca.dryden(5.0, 1.0, 5.0), "altitude is 1.0", "at least 3"),
-    (lambda: ca.dryden(5.0, 1000.0, 5.0), "altitude is 1000.0", "305 m"),
-    (lambda: ca.dryden(5.0, 20.0, 0.0), "airspeed is 0.0", "above 0"),
-    (lambda: ca.dryden(5.0, 20.0, 5.0, seed=-1), "seed is -1", "whole number"),
-    (lambda: ca.dryden(5.0, 20.0, 5.0, seed=[]), "seed is []", "whole number"),
-    (lambda: ca.dryden(5.0, 20.0, 5.0, step=1e-9), "step is 1e-09", "longer"),
-    (lambda: ca.dryden(5.0, 20.0, 5.0, mean=3.0), "mean is 3.0", "3 finite numbers"),
+UNUSABLE: list[tuple[Any, str]] = [
+    (lambda: ca.gust([1.0, 2.0], 0.0, 1.0), "velocity"),
+    (lambda: ca.gust([1.0, 2.0, 3.0], 0.0, 0.0), "duration"),
+    (lambda: ca.dryden(-1.0, 20.0, 5.0), "w20"),
+    (lambda: ca.dryden(5.0, 1.0, 5.0), "altitude"),
+    (lambda: ca.dryden(5.0, 1000.0, 5.0), "altitude"),
+    (lambda: ca.dryden(5.0, 20.0, 0.0), "airspeed"),
+    (lambda: ca.dryden(5.0, 20.0, 5.0, seed=-1), "seed"),
+    (lambda: ca.dryden(5.0, 20.0, 5.0, seed=[]), "seed"),
+    (lambda: ca.dryden(5.0, 20.0, 5.0, step=1e-9), "step"),
+    (lambda: ca.dryden(5.0, 20.0, 5.0, mean=3.0), "mean"),
 ]
 
 
-@pytest.mark.parametrize(("made", "start", "remedy"), UNUSABLE, ids=[each[1] for each in UNUSABLE])
-def test_unusable_wind_is_refused_in_one_sentence(made: Any, start: str, remedy: str) -> None:
-    with pytest.raises(InputError) as caught:
+@pytest.mark.parametrize(("made", "field"), UNUSABLE)
+def test_unusable_wind_is_refused_in_one_sentence(made: Any, field: str) -> None:
+    with refused(field):
         made()
-    assert str(caught.value).startswith(start) and remedy in str(caught.value)
-    assert_one_plain_sentence(str(caught.value))
 
 
 def test_steps_end_at_the_knots_of_turbulence() -> None:

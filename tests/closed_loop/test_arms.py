@@ -85,7 +85,7 @@ def test_an_arm_whose_rate_is_zero_is_left_to_its_spring() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "problem"),
+    ("arguments", "field"),
     [
         ({"bend": [0.1, 0.2]}, "bend"),
         ({"bend_rate": [1.0, 2.0, 3.0]}, "bend_rate"),
@@ -97,9 +97,9 @@ def test_an_arm_whose_rate_is_zero_is_left_to_its_spring() -> None:
     ],
 )
 def test_a_hold_for_other_bends_is_refused_in_one_sentence(
-    arguments: dict[str, Any], problem: str
+    arguments: dict[str, Any], field: str
 ) -> None:
-    with refused(problem):
+    with refused(field):
         ca.hold(TWO, POSITION, **arguments)
 
 

@@ -18,7 +18,7 @@ from continuair.engine.factory import Closing, packed_loop
 from continuair.engine.law_made import made_law
 from continuair.scenario.tracking_task import SETTINGS, equipped, task
 from tests.closed_loop import flights
-from tests.test_errors import assert_one_plain_sentence
+from tests.refusals import refused
 
 CURRENT = load_gains("current").controller(flights.VEHICLE)
 CONSTANT = load_gains("paper").controller(flights.VEHICLE)
@@ -98,49 +98,25 @@ def test_they_fly_in_packs_and_a_run_has_the_same_bits_in_any() -> None:
         np.testing.assert_array_equal(alone["feature_error"], together["feature_error"][run])
 
 
-REFUSED: dict[str, tuple[Callable[[], object], str, str]] = {
-    "gains": (
-        lambda: ca.design(flights.VEHICLE, 3.0, gains="now"),  # type: ignore[arg-type]
-        "gains is 'now'",
-        "current",
+MINE = {"gains": "current", "Kp": 1.0, "Kd": 1.0}
+CURRENT_DESIGN: dict[str, Any] = {"bandwidth": 3.0, "gains": "current"}
+REFUSED: list[tuple[Callable[[], object], str]] = [
+    (lambda: ca.design(flights.VEHICLE, 3.0, gains="now"), "gains"),  # type: ignore[arg-type]
+    (lambda: ca.design(flights.VEHICLE, **CURRENT_DESIGN, cap=[0.5, 0.0]), "cap"),
+    (lambda: ca.design(flights.VEHICLE, 3.0, cap=[0.5, 0.5]), "cap"),
+    (
+        lambda: ca.servoing(**{**ca.design(flights.VEHICLE, **CURRENT_DESIGN), "Kd": 1.0}),  # type: ignore[arg-type]
+        "Kp",
     ),
-    "cap": (
-        lambda: ca.design(flights.VEHICLE, 3.0, gains="current", cap=[0.5, 0.0]),
-        "cap is [0.5, 0.0]",
-        "above 0",
-    ),
-    "cap of constant gains": (
-        lambda: ca.design(flights.VEHICLE, 3.0, cap=[0.5, 0.5]),
-        "cap is [0.5, 0.5]",
-        "leave it out",
-    ),
-    "half of them": (
-        lambda: ca.servoing(**{**ca.design(flights.VEHICLE, 3.0, gains="current"), "Kd": 1.0}),  # type: ignore[arg-type]
-        "Kp, Kd and Cd are not those of one design",
-        "as it returns them",
-    ),
-    "Cp": (
-        lambda: ca.servoing(**ca.design(flights.VEHICLE, 3.0, gains="current") | {"Cp": 2.0}),
-        "Cp is 2.0",
-        "leave it out",
-    ),
-    "too large": (
-        lambda: ca.design(flights.VEHICLE, 1e200, gains="current"),
-        "bandwidth is 1e+200",
-        "nearer to 1",
-    ),
-    "in a file": (
-        lambda: Gains("mine.toml", {"gains": "current", "Kp": 1.0, "Kd": 1.0}),
-        "mine.toml: gains is not a gain here",
-        "",
-    ),
-}
+    (lambda: ca.servoing(**ca.design(flights.VEHICLE, **CURRENT_DESIGN) | {"Cp": 2.0}), "Cp"),
+    (lambda: ca.design(flights.VEHICLE, 1e200, gains="current"), "bandwidth"),
+    (lambda: Gains("mine.toml", MINE), "gains"),
+]
 
 
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_flown_is_refused_in_one_sentence(case: str) -> None:
-    make, field, remedy = REFUSED[case]
-    with pytest.raises(ca.InputError) as error:
+@pytest.mark.parametrize(("make", "field"), REFUSED)
+def test_what_cannot_be_flown_is_refused_in_one_sentence(
+    make: Callable[[], object], field: str
+) -> None:
+    with refused(field):
         make()
-    assert_one_plain_sentence(str(error.value))
-    assert field in str(error.value) and remedy in str(error.value)

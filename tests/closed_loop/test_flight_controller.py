@@ -76,7 +76,7 @@ def test_it_turns_back_from_170_degrees_the_short_way() -> None:
     start[:, 2], start[:, 3] = 40.0, np.radians(170.0)
     start[:, 5] = [0.0, 2.0, -3.0]
     goal = ca.Setpoints(position=[0, 0, 40], yaw=0.0)
-    with pytest.warns(ContinuairWarning, match="its limits in 3 of 3 runs: thrust from t = 0 s"):
+    with pytest.warns(ContinuairWarning, match="3 of 3 runs: thrust .*t = 0 s"):
         run = fly(RIGID, law, start, duration=20.0, setpoints=goal)
     assert (run.status == 0).all()
     assert np.abs(run.position.to_numpy()[:, -1] - [0, 0, 40]).max() < 0.05
@@ -142,7 +142,7 @@ def test_thrust_tilt_and_moment_stay_within_their_limits_and_the_integral_does_n
         speed=20.0,
     )  # fmt: skip
     goals = np.array([[8.0, 0, 3], [0, -8.0, 20.0], [0, 0, -9.0]])
-    with pytest.warns(ContinuairWarning, match="its limits in 3 of 3 runs: thrust, moment from"):
+    with pytest.warns(ContinuairWarning, match="3 of 3 runs: thrust, moment"):
         run = fly(RIGID, law, np.tile(HOME, (3, 1)), duration=40.0,
                   setpoints=ca.Setpoints(position=goals))  # fmt: skip
     command = run.command.to_numpy()
@@ -232,7 +232,7 @@ def test_a_vehicle_that_turns_over_has_lost_control_and_says_so(runs: int) -> No
     moments = np.array([[3.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -3.0, 0.0]])[:runs]
     law = ca.flight_controller(PAPER, moment=(1.0, 1.0, 1.0))
     start = ca.Scenario("pushed", HOME, controller=law, moment=moments, duration=3.0)
-    with pytest.warns(ContinuairWarning, match="its limits.*: .*moment from"):
+    with pytest.warns(ContinuairWarning, match="limits.*: .*moment"):
         flight = ca.simulate(PAPER, start, sample=0.01, variables=["attitude"])
     told = flight["status"].to_numpy().ravel()
     assert told.tolist() == [4, 0, 4][:runs]
@@ -245,7 +245,7 @@ def test_limits_of_bends_are_told_but_not_those_of_sections_that_hang_free() -> 
     bend = ca.Setpoints(bend=[0.3, 0.0])
     held = ca.flight_controller(PAPER, bend_moment=0.5, latency=0.001)
     start = ca.Scenario("bend", HOME, controller=held, setpoints=bend, duration=1.0)
-    with pytest.warns(ContinuairWarning, match="its limits: bend moment from"):
+    with pytest.warns(ContinuairWarning, match="limits: bend moment"):
         flight = ca.simulate(PAPER, start, sample=0.01)
     assert float(np.abs(flight["command"][:, 6:]).max()) == pytest.approx(0.5)
     # Nothing is told, though a free section's moment is always at its only value, 0.
@@ -257,7 +257,7 @@ def test_a_flight_that_starts_upside_down_is_not_ended_by_it() -> None:
     law = ca.flight_controller(RIGID, attitude_bandwidth=10.0)
     start = np.array([0, 0, 30.0, 2.4, 0, 0, 0, 0])
     recover = ca.Scenario("recover", start, controller=law, duration=4.0)
-    with pytest.warns(ContinuairWarning, match="its limits: thrust from t = 0 s"):
+    with pytest.warns(ContinuairWarning, match="limits: thrust .*t = 0 s"):
         run = ca.simulate(RIGID, recover, sample=0.01)
     assert int(run["status"]) == 0
     assert tilt(run)[-1] < 0.1

@@ -6,6 +6,7 @@ import pytest
 import continuair as ca
 from continuair.equations.camera import facing
 from tests.closed_loop.test_flight_controller import QUAD
+from tests.refusals import refused
 
 DAMPED = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.03})
 ROTORS = DAMPED.replace({"uav.rotors": QUAD | {"thrust_limits": [0.2, 14.0]}})
@@ -93,8 +94,8 @@ def test_noise_moves_the_camera_less_where_directions_that_hardly_show_are_slowe
 
 
 def test_what_cannot_be_flown_is_refused() -> None:
-    with pytest.raises(ca.InputError, match="servo is 0"):
+    with refused("servo"):
         ca.twist_servoing(DAMPED, 0.0)
     law = ca.twist_servoing(DAMPED)
-    with pytest.raises(ca.InputError, match="target is None"):
+    with refused("target"):
         ca.Scenario("x", np.zeros(8), controller=law)

@@ -10,6 +10,7 @@ import pytest
 import warp as wp
 
 import continuair as ca
+from tests.refusals import refused
 
 VEHICLE = ca.load_vehicle("paper")
 
@@ -113,8 +114,7 @@ def test_the_name_on_the_device_is_told(law: Any, field: str, name: str) -> None
         target=target,
         duration=0.01,
     )
-    with pytest.raises(ca.InputError) as error:
+    with refused("law") as error:
         ca.simulate(VEHICLE, task)
-    said = str(error.value)
-    assert field in said and f"use {name} (" in said and "\n" not in said
+    assert field in error.value.problem and f"use {name} (" in error.value.remedy
     assert error.value.__cause__ is None and error.value.__suppress_context__

@@ -265,7 +265,7 @@ def test_remark_1_spares_the_spring(bend: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("words", "field"),
     [
         ({"mask": "blocks"}, "mask"),
         ({"mask": np.ones(8)}, "mask"),
@@ -275,7 +275,7 @@ def test_remark_1_spares_the_spring(bend: float) -> None:
         ({"tip_wrench": 1.0}, "tip_wrench"),
     ],
 )
-def test_a_bad_input_is_named(words: dict[str, Any], message: str) -> None:
+def test_a_bad_input_is_named(words: dict[str, Any], field: str) -> None:
     arguments = {"q": np.ones(8), "qd": np.ones(8), **words}
-    with refused(message):
+    with refused(field):
         eq.forward_dynamics(PLAIN, **arguments)

@@ -95,7 +95,7 @@ def test_what_is_missing_is_zero() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("words", "field"),
     [
         ({"bend": np.ones(2)}, "bend"),
         ({"bend": [[1, 0], [0, 0], [0, 1]]}, "bend"),
@@ -105,6 +105,6 @@ def test_what_is_missing_is_zero() -> None:
         ({"mask": "decoupled"}, "mask"),
     ],
 )
-def test_a_bad_state_is_named(words: dict[str, Any], message: str) -> None:
-    with refused(message):
+def test_a_bad_state_is_named(words: dict[str, Any], field: str) -> None:
+    with refused(field):
         eq.accelerations(TREES["2+1"], **({"bend": np.ones((3, 2))} | words))

@@ -18,7 +18,7 @@ from continuair.identification.aliasing import of_fast_swings
 from continuair.identification.recording import MEASURED
 from continuair.vehicle.vehicle_file import as_toml, write_vehicle
 from tests.identification.flights import NOISE, record, true_vehicle
-from tests.refusals import refused
+from tests.refusals import assert_refused, numbers_of, refused
 
 pytestmark = pytest.mark.targets
 
@@ -84,7 +84,7 @@ def test_a_fit_whose_steps_never_follow_the_vehicle_says_so(
     monkeypatch.setattr("continuair.identification.replay._MOST_FINER", 1.0)
     found = fitted_from_softer(20.0)
     assert not found.converged
-    assert any("moves faster than the fit's steps of" in doubt for doubt in found.doubts)
+    assert any("faster" in doubt for doubt in found.doubts)
 
 
 def test_a_fit_that_stops_before_its_minimum_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -92,7 +92,7 @@ def test_a_fit_that_stops_before_its_minimum_says_so(monkeypatch: pytest.MonkeyP
     found = fitted()
     assert not found.converged
     assert (np.abs(found.values - TRUTH) > 3.0 * found.errors).any()
-    assert any("the fit has not converged" in doubt for doubt in found.doubts)
+    assert any("converged" in doubt for doubt in found.doubts)
 
 
 @pytest.mark.long
@@ -114,20 +114,19 @@ def test_a_swing_that_rows_do_not_follow_is_in_doubt() -> None:
     start = true_vehicle().replace({field: 80e9})
     rarely = dataclasses.replace(recording, inputs=None, **rare)
     assert not fit(start, recording, [field], test="D").doubts
-    told = "7.84 Hz, which 20 rows a second cannot tell from 12.2 Hz"
-    assert told in fit(start, rarely, [field], test="D").doubts[-1]
     # A free swing hangs on the UAV, too.
-    assert told in fit(true_vehicle(), rarely, ["uav.inertia.1.1"], test="D").doubts[-1]
+    for vehicle, fitted_field in ((start, field), (true_vehicle(), "uav.inertia.1.1")):
+        doubt = fit(vehicle, rarely, [fitted_field], test="D").doubts[-1]
+        assert {7.84, 20.0, 12.2} <= set(numbers_of(doubt))
 
 
 def test_rows_in_bursts_follow_no_swing_better_than_bursts() -> None:
     vehicle, even = true_vehicle(), 0.05 * np.arange(20)
     assert of_fast_swings(vehicle, vehicle, np.arange(200) / 200.0) == ()
     (told,) = of_fast_swings(vehicle, vehicle, np.sort(np.concatenate([even, even + 1e-3])))
-    assert "7.84 Hz, which 20.8 rows a second, gaps counted, cannot" in told
+    assert {7.84, 20.8} <= set(numbers_of(told))
     gap = np.concatenate([np.arange(35), np.arange(65, 101)]) / 100.0
-    (told,) = of_fast_swings(vehicle, vehicle, gap)
-    assert "rows a second, gaps counted, cannot tell" in told
+    assert len(of_fast_swings(vehicle, vehicle, gap)) == 1
 
 
 @pytest.mark.long
@@ -135,7 +134,7 @@ def test_parameters_that_only_act_together_are_reported_as_such() -> None:
     fields = ("arm.youngs_modulus", "arm.damping_ratio", "uav.mass", "uav.inertia.0.0")
     same = {"uav.mass": 1.6, "arm.youngs_modulus": 40e9}
     found = fitted((*fields, "arm.kappa_s"), changes=same, duration=0.5)
-    assert any("does not depend on arm.kappa_s" in doubt for doubt in found.doubts)
+    assert any("arm.kappa_s" in doubt for doubt in found.doubts)
     assert found.errors[-1] == np.inf
     assert np.isfinite(found.errors[:-1]).all()
     rod = ("arm.youngs_modulus", "arm.radius", "arm.density")
@@ -156,7 +155,7 @@ def test_all_fields_that_act_together_have_no_standard_errors() -> None:
 def test_few_rows_say_that_they_cannot_tell_what_is_noise() -> None:
     record(Path("flight.csv"), test="D", seed=1, duration=0.1)
     found = fit(true_vehicle(), load_recording("flight.csv"), ["arm.youngs_modulus"], test="D")
-    assert any("21 rows are too few to tell" in doubt for doubt in found.doubts)
+    assert any(21 in numbers_of(doubt) for doubt in found.doubts)
 
 
 def test_arms_that_swing_for_long_do_not_tell_apart_what_acts_together() -> None:
@@ -176,7 +175,7 @@ def test_what_lies_at_the_edge_of_what_a_vehicle_can_have_is_fitted_and_doubted(
     truth = true_vehicle().arm.disks[0]
     off = np.abs(found.values - [truth.position, truth.mass])
     assert (found.errors > 1e-7).all() and (off < 5.0 * found.errors).all()
-    assert any("arm.disks.0.position lies at the edge" in doubt for doubt in found.doubts)
+    assert any("arm.disks.0.position" in doubt for doubt in found.doubts)
 
 
 def test_a_test_does_not_tell_what_rotors_did() -> None:
@@ -193,9 +192,9 @@ def test_what_a_flight_hardly_excites_is_warned_about() -> None:
     record(Path("flight.csv"), test="B", seed=1, duration=0.1)
     recording = load_recording("flight.csv")
     vague = fit(true_vehicle(), recording, ["uav.mass"], test="B")
-    assert any("hardly determine uav.mass" in doubt for doubt in vague.doubts)
+    assert any("uav.mass" in doubt for doubt in vague.doubts)
     silent = fit(true_vehicle(), recording, ["uav.inertia.2.2"], test="B")
-    assert any("does not depend on uav.inertia.2.2" in doubt for doubt in silent.doubts)
+    assert any("uav.inertia.2.2" in doubt for doubt in silent.doubts)
 
 
 def test_a_written_vehicle_is_read_back_as_it_was() -> None:
@@ -234,36 +233,36 @@ def broken(row: int | None = None, column: str = "", text: str = "", **renamed: 
 
 
 @pytest.mark.parametrize(
-    ("spoil", "parts"),
+    ("spoil", "field", "fact"),
     [
-        ({"bend_x": "kappa_x"}, ("flight.csv: column bend_x is missing", "kappa_x")),
-        ({"row": 7, "column": "qx", "text": "nan"}, ("qx is 'nan' in row 7", "remove the row")),
-        ({"row": 7, "column": "z", "text": ""}, ("z is '' in row 7",)),
-        ({"row": 9, "column": "time", "text": "12.5"}, ("time is 12.5 in row 9", "sort rows")),
-        ({"row": 4, "column": "qw", "text": "3"}, ("have norm 3", "row 4", "unit quaternions")),
+        ({"bend_x": "kappa_x"}, "bend_x", "kappa_x"),
+        ({"row": 7, "column": "qx", "text": "nan"}, "qx", "row 7"),
+        ({"row": 7, "column": "z", "text": ""}, "z", "row 7"),
+        ({"row": 9, "column": "time", "text": "12.5"}, "time", "row 9"),
+        ({"row": 4, "column": "qw", "text": "3"}, "qx qy qz qw", "row 4"),
     ],
 )
 def test_an_unusable_recording_is_refused_in_one_sentence(
-    spoil: dict[str, Any], parts: tuple[str, ...]
+    spoil: dict[str, Any], field: str, fact: str
 ) -> None:
     broken(**spoil)
     before = sorted(Path().iterdir())
     result = run("--data", "flight.csv", "--vehicle", "paper", "--out", "fitted.toml")
-    assert_refused(result, *parts)
+    assert_refused(result, field, fact, place="flight.csv")
     assert sorted(Path().iterdir()) == before
 
 
 @pytest.mark.parametrize(
-    ("heading", "cell", "parts"),
+    ("heading", "cell", "field", "fact"),
     [
-        ("time", '"0.1', ("not valid CSV after line 7",)),
-        ("time,x", "0.1", ("column x is there twice",)),
-        ('"two\nlines"', "0.1", ("column time is missing", "found: two lines, x")),
-        (3000 * "x", "0.1", ("column time is missing", "xxx...")),
+        ("time", '"0.1', "data", "line 7"),
+        ("time,x", "0.1", "x", "twice"),
+        ('"two\nlines"', "0.1", "time", "two lines, x"),
+        (3000 * "x", "0.1", "time", "xxx..."),
     ],
 )
 def test_a_file_is_never_printed_nor_a_sentence_broken(
-    heading: str, cell: str, parts: tuple[str, ...]
+    heading: str, cell: str, field: str, fact: str
 ) -> None:
     record(Path("flight.csv"))
     lines = Path("flight.csv").read_text().splitlines()
@@ -271,26 +270,26 @@ def test_a_file_is_never_printed_nor_a_sentence_broken(
     lines[7] = cell + lines[7][lines[7].index(",") :]
     Path("flight.csv").write_text("\n".join(lines) + "\n")
     result = run("--data", "flight.csv", "--vehicle", "paper")
-    assert_refused(result, *parts)
+    assert_refused(result, field, fact, place="flight.csv")
     assert len(result.stderr) < 500
 
 
 @pytest.mark.parametrize(
-    ("arguments", "parts"),
+    ("arguments", "field", "fact"),
     [
-        (("--fit", "arm.youngs_modulu"), ("arm.youngs_modulu", "use arm.youngs_modulus")),
-        (("--fit", "arm.damping_ratio"), ("arm.damping_ratio is 0", "above 0")),
-        (("--fit", "uav.mass,uav.mass"), ("uav.mass twice",)),
-        (("--test", "X"), ("test is 'X'", "A, B, C, D")),
-        (("--json", "no/fit.json"), ("json is no/fit.json", "cannot be written")),
-        (("--out", "no/folder.toml"), ("out is no/folder.toml", "cannot be written")),
+        (("--fit", "arm.youngs_modulu"), "fit", "use arm.youngs_modulus"),
+        (("--fit", "arm.damping_ratio"), "arm.damping_ratio", "0"),
+        (("--fit", "uav.mass,uav.mass"), "fit", "uav.mass"),
+        (("--test", "X"), "test", "A, B, C, D"),
+        (("--json", "no/fit.json"), "json", "no/fit.json"),
+        (("--out", "no/folder.toml"), "out", "no/folder.toml"),
     ],
 )
 def test_unusable_options_are_refused_in_one_sentence(
-    arguments: tuple[str, ...], parts: tuple[str, ...]
+    arguments: tuple[str, ...], field: str, fact: str
 ) -> None:
     record(Path("flight.csv"))
-    assert_refused(run("--data", "flight.csv", "--vehicle", "paper", *arguments), *parts)
+    assert_refused(run("--data", "flight.csv", "--vehicle", "paper", *arguments), field, fact)
 
 
 def test_a_fit_that_leaves_motion_over_says_that_it_is_no_noise() -> None:
@@ -300,8 +299,7 @@ def test_a_fit_that_leaves_motion_over_says_that_it_is_no_noise() -> None:
         fit(true_vehicle(), recording, ["arm.youngs_modulus"], test=test) for test in "AB"
     )
     assert not right.doubts
-    (doubt,) = [text for text in wrong.doubts if "of the position" in text]
-    assert "beyond noise" in doubt and "check inputs and test" in doubt
+    assert any("position, beyond noise" in doubt for doubt in wrong.doubts)
 
 
 def test_a_fit_needs_data_a_vehicle_and_inputs() -> None:
@@ -309,21 +307,16 @@ def test_a_fit_needs_data_a_vehicle_and_inputs() -> None:
         result = run(*given)
         assert result.exit_code == 2
         assert "Missing option" in result.stderr and missing in result.stderr
-    assert_refused(run("--data", "no.csv", "--vehicle", "paper"), "data is no.csv")
     record(Path("flight.csv"), test="D")
-    assert_refused(run("--data", "flight.csv", "--vehicle", "paper"), "no column of inputs")
     Path("empty.csv").write_text("")
-    assert_refused(run("--data", "empty.csv", "--vehicle", "paper"), "column time is missing")
     Path("short.csv").write_text(",".join(MEASURED) + "\n")
-    assert_refused(run("--data", "short.csv", "--vehicle", "paper"), "has 0 rows")
-
-
-def assert_refused(result: Any, *parts: str) -> None:
-    assert result.exit_code == 2, result.output
-    for part in parts:
-        assert part in result.stderr
-    assert "Traceback" not in result.stderr
-    assert len(result.stderr.strip().splitlines()) == 1
+    for name, place, field in (
+        ("no.csv", "", "data"),
+        ("flight.csv", "flight.csv", "recording"),
+        ("empty.csv", "empty.csv", "time"),
+        ("short.csv", "short.csv", "recording"),
+    ):
+        assert_refused(run("--data", name, "--vehicle", "paper"), field, place=place)
 
 
 def test_a_vehicle_that_turns_otherwise_than_the_recorded_one_is_in_doubt() -> None:
@@ -333,7 +326,7 @@ def test_a_vehicle_that_turns_otherwise_than_the_recorded_one_is_in_doubt() -> N
     wrong = right.replace({"uav.inertia": 1.2 * np.asarray(right.uav.inertia)})
     assert not fit(right, recording, ["uav.mass"]).doubts
     told = fit(wrong, recording, ["uav.mass"]).doubts
-    assert any("of the attitude, beyond noise" in doubt for doubt in told)
+    assert any("attitude, beyond noise" in doubt for doubt in told)
 
 
 def test_bends_that_no_arm_reaches_are_refused() -> None:

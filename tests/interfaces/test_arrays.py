@@ -80,5 +80,5 @@ def test_an_array_on_a_device_is_refused_in_a_sentence_that_names_it() -> None:
 def test_a_tensor_that_is_recorded_for_derivatives_is_refused_in_a_sentence() -> None:
     torch = library("torch")
     recorded = torch.zeros(8, requires_grad=True)
-    with pytest.raises(ca.InputError, match=r"q is tensor\(.*requires_grad=True\), but must be 8"):
+    with refused("q"):
         ca.Scenario("recorded", recorded)

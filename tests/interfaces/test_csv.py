@@ -14,7 +14,7 @@ from tests.refusals import refused
 
 
 def read(path: Path, vehicle: ca.Vehicle) -> Recording:
-    with pytest.warns(ContinuairWarning, match="ignores the columns velocity_x"):
+    with pytest.warns(ContinuairWarning, match="velocity_x"):
         return load_recording(path, vehicle)
 
 
@@ -68,7 +68,7 @@ def test_inputs_over_time_are_sampled_from_the_scenario_and_missed_without_it(
     np.testing.assert_allclose(whole["force_x"][:-1], expected[:-1], rtol=1e-15)
     assert whole["force_x"][-1] == pytest.approx(expected[-1], rel=1e-9)  # beside the end
     np.testing.assert_array_equal(whole["moment_x"], 0.1)
-    with pytest.warns(ContinuairWarning, match="less.csv lacks force, which acted"):
+    with pytest.warns(ContinuairWarning, match="less.csv .*force"):
         ca.to_csv(dataset, tmp_path / "less.csv")
     assert "force_x" not in columns(tmp_path / "less.csv")
 
@@ -98,7 +98,7 @@ def test_a_wind_is_known_by_what_it_is_made_of(tmp_path: Path, wind: Any) -> Non
     flown = ca.Scenario("windy", start, force=lambda t: [t, 0.0, 25.0], wind=wind, duration=0.04)
     dataset = ca.simulate(vehicle, flown, sample=0.01)
     one = dataset.isel(run=1) if "run" in dataset.dims else dataset
-    with pytest.warns(ContinuairWarning, match="lacks wind"):
+    with pytest.warns(ContinuairWarning, match="wind"):
         ca.to_csv(one, tmp_path / "windy.csv", scenario=flown)
     assert columns(tmp_path / "windy.csv")["force_x"][1] == 0.01
     other = flown.replace(wind=ca.gust([1.0, 0.0, 0.0], 0.01, 0.03))
@@ -158,9 +158,9 @@ def test_what_a_simulation_was_given_by_steps_is_told_to_be_missing(tmp_path: Pa
     live = ca.Simulation(vehicle, start, control_period=0.01)
     for _ in range(3):
         live.step(bend_moment=[0.5, 0.0], moment=[0.0, 0.0, 0.0])
-    with pytest.warns(ContinuairWarning, match="lacks bend_moment, which acted"):
+    with pytest.warns(ContinuairWarning, match="bend_moment"):
         ca.to_csv(live.trajectory(), tmp_path / "flight.csv")
-    with pytest.warns(ContinuairWarning, match="lacks bend_moment, which acted"):
+    with pytest.warns(ContinuairWarning, match="bend_moment"):
         ca.to_csv(live.trajectory(), tmp_path / "again.csv", scenario=start)
     for name in ("flight.csv", "again.csv"):
         found = columns(tmp_path / name)

@@ -186,8 +186,7 @@ def test_joints_are_taken_by_name_and_scaled() -> None:
 @pytest.mark.parametrize("role", ["pose", "tip", "camera", "wrench"])
 def test_fields_of_what_its_type_tells_are_refused_and_not_passed_over(role: str) -> None:
     named = NAMED | {"camera" if role == "camera" else "tip": "/arm/tip"}
-    said = rf"flight: {role} \({named[role]}\) takes no fields, but y,x,z are named; leave them out"
-    with pytest.raises(ca.InputError, match=said):
+    with refused(f"{role} ({named[role]})", place="flight"):
         read(named | {role: f"{named[role]}:y,x,z*1,-1,1"})
 
 
@@ -208,16 +207,9 @@ def test_joints_may_change_their_order_between_messages(fields: str) -> None:
     np.testing.assert_allclose(found.bend, FLOWN["bend"], rtol=1e-10)
 
 
-@pytest.mark.parametrize(
-    ("joints", "part"),
-    [
-        (("01", "02"), "has no 1 in one of its messages; name some of 0, 2"),
-        (("01", "00"), "names 0 twice in one message; publish every joint once"),
-        (("01", "0"), "names 1 joints in one message, whose effort holds 2 numbers"),
-    ],
-)
+@pytest.mark.parametrize("joints", [("01", "02"), ("01", "00"), ("01", "0")])
 def test_joints_that_are_not_those_of_the_first_message_are_refused(
-    joints: tuple[str, str], part: str
+    joints: tuple[str, str],
 ) -> None:
     with refused("bend_moment (/arm/moment)"):
         read(NAMED | {"bend": "/arm/bend"}, joints=joints)
@@ -234,33 +226,38 @@ def test_a_message_of_more_numbers_than_the_first_is_refused_where_no_fields_are
 
 
 @pytest.mark.parametrize(
-    ("named", "how", "part"),
+    ("named", "how", "field"),
     [
-        ({"bend": "/arm/bent"}, {}, r"has no topic /arm/bent for bend; use .*/uav/pose"),
-        ({"bend": "/uav/pose"}, {}, "holds messages of geometry_msgs/msg/PoseStamped; give"),
-        ({"tip": "/arm/bend"}, {}, "holds messages of std_msgs/msg/Float64MultiArray; give"),
-        ({"tip": "/uav/pose"}, {}, "is 0 m from the base, but an arc of 0.8 m"),
-        ({"bend": "/arm/bend"}, {"frame": "odom"}, "is in axes of 'odom'; publish the wrench"),
-        ({"bend": "/arm/bend"}, {"frame": "base_link_frd"}, "is in axes of 'base_link_frd'"),
-        ({"bend": "/arm/bend"}, {"frame": "uav/map_ned"}, "is in axes of 'uav/map_ned'"),
-        ({"bend": "/arm/moment:2,1"}, {}, "has no 2 in one of its messages; name some of 0, 1"),
+        ({"bend": "/arm/bent"}, {}, "data"),
+        ({"bend": "/uav/pose"}, {}, "bend (/uav/pose)"),
+        ({"tip": "/arm/bend"}, {}, "tip (/arm/bend)"),
+        ({"tip": "/uav/pose"}, {}, "tip (/uav/pose)"),
+        ({"bend": "/arm/bend"}, {"frame": "odom"}, "wrench (/uav/wrench)"),
+        ({"bend": "/arm/bend"}, {"frame": "base_link_frd"}, "wrench (/uav/wrench)"),
+        ({"bend": "/arm/bend"}, {"frame": "uav/map_ned"}, "wrench (/uav/wrench)"),
+        ({"bend": "/arm/moment:2,1"}, {}, "bend (/arm/moment)"),
     ],
 )
 def test_topics_that_cannot_be_used_are_refused(
-    named: dict[str, str], how: dict[str, Any], part: str
+    named: dict[str, str], how: dict[str, Any], field: str
 ) -> None:
-    with pytest.raises(ca.InputError, match=f"flight: .*{part}"):
+    with refused(field, place="flight"):
         read(NAMED | named, **how)
 
 
-def test_the_pose_must_be_named() -> None:
+@pytest.mark.parametrize(
+    ("named", "vehicle"),
+    [
+        ({"bend": "/arm/bend"}, START),
+        # One pose does not tell the bends of two sections.
+        (NAMED | {"tip": "/arm/tip"}, ca.load_vehicle("two_section")),
+    ],
+)
+def test_topics_that_do_not_tell_all_are_refused(
+    named: dict[str, str], vehicle: ca.Vehicle
+) -> None:
     with refused("topics"):
-        read({"bend": "/arm/bend"})
-
-
-def test_one_pose_does_not_tell_the_bends_of_two_sections() -> None:
-    with refused("topics"):
-        read(NAMED | {"tip": "/arm/tip"}, vehicle=ca.load_vehicle("two_section"))
+        read(named, vehicle=vehicle)
 
 
 @pytest.mark.parametrize("content", [None, b"no bag", "cut"])
@@ -370,7 +367,7 @@ def test_a_topic_that_nobody_asks_for_may_be_of_any_type(
     same_as_plain(
         ca.read_rosbag("flight" if of_folder else file, START, NAMED | {"bend": "/arm/bend"})
     )
-    with pytest.raises(ca.InputError):
+    with refused("data", place=file):
         ca.read_rosbag(file, START, NAMED | {"bend": "/odd"})
 
 
@@ -403,14 +400,14 @@ def test_packed_bags_that_unpack_to_gigabytes_are_refused(mode: str) -> None:
     else:
         with sqlite3.connect(file) as database:
             database.execute("UPDATE messages SET data = ?", (bomb,))
-    with pytest.raises(ca.InputError):
+    with refused("data"):
         ca.read_rosbag("flight", START, NAMED | {"bend": "/arm/bend"})
 
 
 def test_types_of_endless_messages_are_refused() -> None:
     for definition in ("Nothing[] x\n" + "=" * 80 + "\nMSG: odd_msgs/Nothing\n",
                        "float64[100000000] data\n"):  # fmt: skip
-        with pytest.raises(ca.InputError):
+        with refused("data"):
             try:
                 with_odd("MCAP", definition)
                 ca.read_rosbag("flight", START, NAMED | {"bend": "/odd"})
@@ -424,7 +421,7 @@ def test_a_pipe_in_a_bag_is_refused(name: str) -> None:
     write_bag(Path("flight"), TOPICS)
     Path(name).unlink()
     os.mkfifo(name)
-    with pytest.raises(ca.InputError):
+    with refused("data"):
         ca.read_rosbag("flight", START, NAMED | {"bend": "/arm/bend"})
 
 

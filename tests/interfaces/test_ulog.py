@@ -17,7 +17,7 @@ import continuair.cli as cli
 from continuair.identification import Recording, fit
 from continuair.vehicle.vehicle_file import write_vehicle
 from tests.interfaces.logged import flown, px4_estimates, rotorcraft, to_frd, to_ned, write_ulog
-from tests.refusals import refused
+from tests.refusals import assert_refused, numbers_of, refused
 
 pytest.importorskip("pyulog")
 
@@ -235,7 +235,7 @@ def test_commands_that_the_vehicles_limits_cut_off_are_in_doubt() -> None:
     most = float(FLOWN[1].max())
     limits = {**start.uav.rotors.model_dump(), "thrust_limits": (0.0, 0.95 * most)}
     found = fit(start.replace({"uav.rotors": limits}), read(), FIELDS)
-    assert any(doubt.startswith("rotor_command is beyond the 0 to") for doubt in found.doubts)
+    assert any(doubt.startswith("rotor_command ") for doubt in found.doubts)
 
 
 def test_a_window_cuts_a_log() -> None:
@@ -254,7 +254,7 @@ def test_a_window_in_flight_gives_the_vehicle_whose_rotors_turned_before_it() ->
 
 def test_of_several_instances_of_a_topic_the_first_is_taken_and_the_others_are_told_of() -> None:
     time, bend = (topics := logged())["debug_array"]
-    with pytest.warns(ca.ContinuairWarning, match=r"debug_array\) has the instances 0, 1; takes 0"):
+    with pytest.warns(ca.ContinuairWarning, match="instances 0, 1"):
         found = read({"debug_array 1": (time, {"data": 9.0 * bend["data"]}), **topics})
     np.testing.assert_array_equal(found.bend, read().bend)
 
@@ -288,20 +288,21 @@ def with_nan(time: np.ndarray, fields: Any) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("name", "change", "part"),
+    ("role", "name", "change", "told"),
     [
-        ("debug_array", with_gap, r"bend \(debug_array\) has a gap of 0.12 s at 0.19 s"),
-        ("vehicle_local_position", with_reset, "was reset by the estimator at 0.300000 s"),
-        ("vehicle_local_position", with_odometrys_reset, "was reset by the estimator at 0.3"),
-        ("vehicle_attitude", with_nan, "attitude .* is no finite number at 0.2 s"),
+        ("bend", "debug_array", with_gap, [0.12, 0.19]),
+        ("position", "vehicle_local_position", with_reset, [0.3]),
+        ("position", "vehicle_local_position", with_odometrys_reset, [0.3]),
+        ("attitude", "vehicle_attitude", with_nan, [0.2]),
     ],
 )
 def test_a_gap_a_reset_or_no_number_is_refused_unless_a_window_leaves_it_out(
-    name: str, change: Any, part: str
+    role: str, name: str, change: Any, told: list[float]
 ) -> None:
     topics = spoiled(name, change)
-    with pytest.raises(ca.InputError, match=f"flight.ulg: .*{part}"):
+    with refused(f"{role} ({name})", place="flight.ulg") as found:
         read(topics)
+    assert set(told) <= set(numbers_of(found.value.problem))
     assert len(read(topics, window=(0.32, 0.48)).time) == 17
 
 
@@ -323,7 +324,7 @@ def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:
 
 
 @pytest.mark.parametrize(
-    ("named", "part"),
+    ("named", "field"),
     [
         ({"rotors": MOTORS}, "topics"),
         ({"bend": "debug_arry:a,b"}, "data"),
@@ -337,8 +338,8 @@ def test_a_log_that_is_cut_off_is_read_by_a_window_alone() -> None:
         ({"bnd": BEND}, "topic"),
     ],
 )
-def test_topics_that_cannot_be_used_are_refused(named: dict[str, str], part: str) -> None:
-    with refused(part):
+def test_topics_that_cannot_be_used_are_refused(named: dict[str, str], field: str) -> None:
+    with refused(field):
         read(named=named)
 
 
@@ -361,32 +362,27 @@ def test_the_command_identifies_from_a_log_and_says_how_it_was_resampled() -> No
 
 
 @pytest.mark.parametrize(
-    ("content", "options", "part"),
+    ("data", "content", "options", "field"),
     [
-        (b"no log", ("--topic", f"bend={BEND}"), "flight.ulg: is no ULog that can be read"),
-        (None, ("--topic", f"bend={BEND}"), "flight.ulg: cannot be read (No such file"),
-        (b"", ("--topic", "bend"), "topic is 'bend'; give ROLE=TOPIC"),
-        (b"", ("--topic", "bend=a", "--topic", "bend=b"), "topic is 'bend=b'; give ROLE=TOPIC"),
-        (b"", ("--window", "3", "2"), "window is (3.0, 2.0); give two times [s] that ascend"),
-        (b"", ("--rate", "0"), "rate is 0.0; give a finite number above 0 [Hz]"),
+        ("flight.ulg", b"no log", ("--topic", f"bend={BEND}"), "data"),
+        ("flight.ulg", None, ("--topic", f"bend={BEND}"), "data"),
+        ("flight.ulg", b"", ("--topic", "bend"), "topic"),
+        ("flight.ulg", b"", ("--topic", "bend=a", "--topic", "bend=b"), "topic"),
+        ("flight.ulg", b"", ("--window", "3", "2"), "window"),
+        ("flight.ulg", b"", ("--rate", "0"), "rate"),
+        # A table takes no options of logs.
+        ("flight.csv", None, ("--rate", "50"), "rate"),
+        ("flight.csv", None, ("--window", "0", "1"), "window"),
+        ("flight.csv", None, ("--topic", "bend=x"), "topic"),
     ],
 )
 def test_what_is_no_log_is_refused_in_one_sentence(
-    content: bytes | None, options: tuple[str, ...], part: str
+    data: str, content: bytes | None, options: tuple[str, ...], field: str
 ) -> None:
     if content is not None:
-        Path("flight.ulg").write_bytes(content)
-    result = run("--data", "flight.ulg", "--vehicle", "paper", *options)
-    assert result.exit_code == 2, result.output
-    assert part in result.stderr
-    assert len(result.stderr.strip().splitlines()) == 1
-
-
-def test_options_of_logs_are_refused_with_a_table() -> None:
-    for option in (("--rate", "50"), ("--window", "0", "1"), ("--topic", "bend=x")):
-        result = run("--data", "flight.csv", "--vehicle", "paper", *option)
-        assert result.exit_code == 2
-        assert f"{option[0][2:]} is given, but flight.csv is no log" in result.stderr
+        Path(data).write_bytes(content)
+    result = run("--data", data, "--vehicle", "paper", *options)
+    assert_refused(result, field, place=data if field == "data" else "")
 
 
 @pytest.mark.parametrize(("flag", "bad"), [("xy_valid", 0), ("z_valid", 0), ("dead_reckoning", 1)])
@@ -427,7 +423,7 @@ def test_topics_of_more_fields_than_messages_hold_are_refused(declared: str) -> 
     formats = message("F", b"wide:float[65535] x;") + message("F", f"bomb:{declared};".encode())
     logged_often = b"".join(message("A", struct.pack("<BH", 0, n) + b"bomb") for n in range(20, 60))
     Path("flight.ulg").write_bytes(content[:16] + formats + logged_often + content[16:])
-    with pytest.raises(ca.InputError):
+    with refused("data"):
         ca.read_ulog("flight.ulg", rotorcraft(), {"bend": BEND})
 
 
@@ -435,5 +431,5 @@ def test_a_topic_without_timestamps_is_refused() -> None:
     write_ulog(Path("flight.ulg"), logged())
     content = Path("flight.ulg").read_bytes()
     Path("flight.ulg").write_bytes(content.replace(b"uint64_t timestamp;", b"uint64_t timestomp;"))
-    with pytest.raises(ca.InputError):
+    with refused("position (vehicle_local_position)"):
         ca.read_ulog("flight.ulg", rotorcraft(), {"bend": BEND})

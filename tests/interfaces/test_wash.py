@@ -66,7 +66,7 @@ def test_a_file_of_a_flight_whose_rotors_wash_an_arm_says_that_it_lacks_it(
         pytest.importorskip("mcap")
     below = VEHICLE.replace({"uav.mount": BELOW})
     (told,) = written(getattr(ca, name), below, [5.0] * 4, tmp_path / "washed")
-    assert told.startswith("washed lacks the rotors' wash on the arms, which acted")
+    assert told.startswith("washed ") and "rotors' wash" in told
 
 
 @pytest.mark.parametrize(

@@ -111,10 +111,12 @@ def test_moments_obey_the_tangent_identity_at_any_bend() -> None:
 BENT = [0.0, 0.0, 5.0, 0.1, 0.2, 0.3, 1.1, 0.4]
 
 
-@pytest.mark.parametrize("words", [("q", "seven"), ("qd", np.zeros(7)), ("tau", [np.nan] * 8)])
-def test_a_bad_array_is_named(words: tuple[str, object]) -> None:
-    arguments = {"q": np.zeros(8), "qd": np.zeros(8), words[0]: words[1]}
-    with pytest.raises(ca.InputError, match=words[0]):
+@pytest.mark.parametrize(
+    ("field", "value"), [("q", "seven"), ("qd", np.zeros(7)), ("tau", [np.nan] * 8)]
+)
+def test_a_bad_array_is_named(field: str, value: object) -> None:
+    arguments = {"q": np.zeros(8), "qd": np.zeros(8), field: value}
+    with refused(field):
         ca.forward_dynamics(PLAIN, **arguments, model="coupled")  # type: ignore[arg-type]
 
 
@@ -122,14 +124,14 @@ def test_a_bad_array_is_named(words: tuple[str, object]) -> None:
 def test_one_number_does_not_stand_for_a_vector_unless_it_is_0(given: dict[str, float]) -> None:
     (name,) = given
     rest = {"q": BENT, "qd": 0.0, "tau": 0.0, "tip_wrench": 0.0}
-    with pytest.raises(ca.InputError, match=f"^{name} is .*; give [68] finite numbers, rows"):
+    with refused(name):
         ca.forward_dynamics(PLAIN, **rest | given)  # type: ignore[arg-type]
     none = ca.forward_dynamics(PLAIN, BENT, [0] * 8, [0] * 8, [0] * 6)
     np.testing.assert_array_equal(ca.forward_dynamics(PLAIN, **rest), none)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
-    ("q", "words"),
+    ("q", "field"),
     [
         (np.zeros((0, 8)), "q"),
         (np.zeros(8), "q"),
@@ -137,8 +139,8 @@ def test_one_number_does_not_stand_for_a_vector_unless_it_is_0(given: dict[str, 
         ([0, 0, 0, 0, -np.pi / 2, 0, 0.1, 0], "q"),
     ],
 )
-def test_where_the_papers_coordinates_are_singular_is_told(q: ArrayLike, words: str) -> None:
-    with refused(words):
+def test_where_the_papers_coordinates_are_singular_is_told(q: ArrayLike, field: str) -> None:
+    with refused(field):
         ca.forward_dynamics(PLAIN, q, 0, [0] * 7 + [1.0])
 
 

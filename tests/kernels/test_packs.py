@@ -288,7 +288,7 @@ def test_where_packs_do_not_work_runs_fly_one_by_one_and_are_told(
     def refused(precision: str) -> np.ndarray:
         raise RuntimeError("no such option")
 
-    for probed, words in ((wrong, "numbers are wrong"), (refused, "refuses them")):
+    for probed, words in ((wrong, "wrong"), (refused, "refuses")):
         monkeypatch.setattr(packs, "_probed", probed)
         with pytest.warns(ca.ContinuairWarning, match=words):
             assert not packs.packs_work.__wrapped__("float64")
@@ -299,6 +299,7 @@ import sys
 import numpy as np
 import continuair as ca
 from tests.kernels.test_packs import PAPER_ARM, RUNS, VEHICLES, batch, fly
+from tests.refusals import refused
 even = np.linspace(0.8, 1.2, RUNS)
 varied = {"arm.radius": 0.005 * even, "arm.length": even, "uav.mass": 2.0 * even}
 scenario = ca.Scenario(

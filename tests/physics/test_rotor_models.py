@@ -8,10 +8,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from continuair.errors import InputError
 from continuair.vehicle.vehicle_file import as_toml
 from tests.refusals import refused
-from tests.test_errors import assert_one_plain_sentence
 
 Array = np.ndarray
 MASS, INERTIA = 1.2, np.diag([0.012, 0.014, 0.02])
@@ -184,21 +182,21 @@ def test_a_vehicle_file_holds_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "problem"),
+    ("name", "value"),
     [
-        ({"lag_down": 0.0}, "lag is 0.03 and lag_down 0; give both above 0, or both 0."),
-        ({"lag_down": -1.0}, "uav.rotors.lag_down is -1.0"),
-        ({"thrust_model_factor": 1.5}, "uav.rotors.thrust_model_factor is 1.5"),
-        ({"hub_drag": 0.1}, "uav.rotors.hub_drag is 0.1"),
-        ({"hub_drag": [-1, 0]}, "uav.rotors.hub_drag is [-1, 0]"),
-        ({"translational_lift": -1.0}, "uav.rotors.translational_lift is -1.0"),
+        ("lag", 0.0),
+        ("lag_down", -1.0),
+        ("thrust_model_factor", 1.5),
+        ("hub_drag", 0.1),
+        ("hub_drag", [-1, 0]),
+        ("translational_lift", -1.0),
     ],
 )
-def test_what_no_rotor_has_is_refused_in_a_sentence(changes: dict[str, Any], problem: str) -> None:
-    with pytest.raises(InputError) as caught:
-        ca.Vehicle(name="quad", uav={"mass": 1.0, "inertia": INERTIA, "rotors": ROTORS | changes})
-    assert problem in str(caught.value)
-    assert_one_plain_sentence(str(caught.value))
+def test_what_no_rotor_has_is_refused_in_a_sentence(name: str, value: Any) -> None:
+    with refused(f"uav.rotors.{name}"):
+        ca.Vehicle(
+            name="quad", uav={"mass": 1.0, "inertia": INERTIA, "rotors": ROTORS | {name: value}}
+        )
 
 
 def test_the_papers_equations_say_what_they_lack() -> None:

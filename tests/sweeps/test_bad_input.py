@@ -16,7 +16,7 @@ import continuair.cli as cli
 from continuair.sweeps import checksums, cluster
 from continuair.sweeps.design import load_design
 from continuair.vehicle.vehicle_file import as_toml
-from tests.refusals import refused
+from tests.refusals import assert_refused, refused
 
 pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
@@ -34,62 +34,56 @@ def run(folder: Path, text: str, *options: str, out: str = "store.zarr") -> Any:
     return CliRunner().invoke(cli.app, arguments)
 
 
-def assert_refused(result: Any, *parts: str) -> None:
-    assert result.exit_code == 2, result.output
-    said = result.stderr.strip()
-    assert "\n" not in said and said.endswith(".") and "Traceback" not in said
-    for part in parts:
-        assert part in said
-
-
 @pytest.mark.parametrize(
-    ("text", "parts"),
+    ("text", "field", "fact"),
     [
-        (SMALL.replace("uav.mass", "uav.mas"), ["vehicle.uav.mas", "use uav.mass"]),
-        (SMALL.replace("vehicle.uav.mass", "scenario.kapa"), ["use scenario.kappa"]),
-        (SMALL.replace("vehicle.uav.mass", "scenery.kappa"), ["scenery.kappa", "vehicle"]),
-        (SMALL.replace("vehicle.uav.mass", "model"), ["list the models in models"]),
-        (SMALL.replace("vehicle.uav.mass", "target.height"), ["no [target]"]),
-        (SMALL.replace("test =", "tset ="), ["tset", "use scenario.test"]),
-        (SMALL.replace('"A"', '"E"'), ["test is 'E'"]),
-        ("modles = []\n" + SMALL, ["modles", "use models"]),
-        (SMALL + '"scenario.roll" = [0.1]\n', ["has 2", "has 1", "lengths"]),
-        (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "mass"\n', ["'mass'", "two"]),
-        (SMALL + '[[vary]]\n"vehicle.uav.mass" = [1]\ndimension = "m"\n', ["in two tables"]),
-        (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "run"\n', ["'run'"]),
-        (SMALL.replace("[1.0, 2.0]", "[]"), ["vehicle.uav.mass is []"]),
-        (SMALL.replace("[1.0, 2.0]", "[-1.0, 2.0]"), ["uav.mass is -1.0"]),
-        (SMALL.replace("[1.0, 2.0]", "{ from = 1, too = 2 }"), ["too", "use to"]),
-        (SMALL + 'sampling = "sobel"\ncount = 2\n', ["sampling is 'sobel'", "use sobol"]),
-        ("step = 0\n" + SMALL, ["step is 0"]),
-        ("chunk = 1.5\n" + SMALL, ["chunk is 1.5"]),
-        ("[controller]\n" + SMALL, ["target is missing"]),
-        ('vehicle = "papre"\n' + SMALL, ["use paper"]),
-        (SMALL + "[", ["not valid TOML"]),
-        (SMALL.replace("[1.0,", "[true,"), ["vehicle.uav.mass is [True, 2.0]"]),
-        (SMALL + "dimension = []\n", ["dimension is []", "one line of text"]),
-        ("seed = -1\n" + SMALL, ["seed is -1"]),
-        (SMALL.replace("[1.0, 2.0]", COUNTED), ["count is 1000000000000", "10,000,000"]),
-        (SMALL + 'sampling = "sobol"\ncount = 1000000000000\n', ["count is 1000000000000"]),
-        (SMALL.replace("[1.0, 2.0]", "{ from = -1e308, to = 1e308, count = 3 }"), ["beyond"]),
-        (LOOP + 'letter = "Q"\n' + SMALL, ["target.letter is 'Q'", "M, R, A, L"]),
-        ("x = " + "[" * 2000 + "]" * 2000 + "\n" + SMALL, ["nests more than 30"]),
-        (SMALL + "[" + ".".join("a" * 2000) + "]\n", ["nests more than 30"]),
-        ("seed = " + "1" * 5000 + "\n" + SMALL, ["thousands of digits"]),
-        # None of these has a run that can be flown, though the start of one could.
-        ("settle = 0.02\n" + SMALL, ["settle is 0.02", "below the duration 0.02 s"]),
-        ("sample = 1e-10\n" + SMALL, ["more than 1e+07 samples or control periods of 1e-10 s"]),
-        ("sample = 0.1\n" + SMALL, ["sample is 0.1 s, longer than the flight"]),
-        (SMALL.replace('"A"', '"D"\namplitude = 1e308'), ["tip_wrench is [inf"]),
-        pytest.param(
-            SMALL.replace('test = "A"', FAST), ["changes too fast"], marks=pytest.mark.long
+        (SMALL.replace("uav.mass", "uav.mas"), "vehicle.uav.mas", "use uav.mass"),
+        (SMALL.replace("vehicle.uav.mass", "scenario.kapa"), "scenario.kapa", "use scenario.kappa"),
+        (SMALL.replace("vehicle.uav.mass", "scenery.kappa"), "scenery.kappa", "vehicle"),
+        (SMALL.replace("vehicle.uav.mass", "model"), "model", "models"),
+        (SMALL.replace("vehicle.uav.mass", "target.height"), "target.height", "[target]"),
+        (SMALL.replace("test =", "tset ="), "scenario.tset", "use scenario.test"),
+        (SMALL.replace('"A"', '"E"'), "scenario.test", "'E'"),
+        ("modles = []\n" + SMALL, "modles", "use models"),
+        (SMALL + '"scenario.roll" = [0.1]\n', "vary", "has 2"),
+        (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "mass"\n', "dimension", "'mass'"),
+        (SMALL + '[[vary]]\n"vehicle.uav.mass" = [1]\ndimension = "m"\n', "vehicle.uav.mass", ""),
+        (SMALL + '[[vary]]\n"scenario.roll" = [1]\ndimension = "run"\n', "dimension", "'run'"),
+        (SMALL.replace("[1.0, 2.0]", "[]"), "vehicle.uav.mass", "[]"),
+        (SMALL.replace("[1.0, 2.0]", "[-1.0, 2.0]"), "vehicle.uav.mass", "-1.0"),
+        (SMALL.replace("[1.0, 2.0]", "{ from = 1, too = 2 }"), "vehicle.uav.mass.too", "use to"),
+        (SMALL + 'sampling = "sobel"\ncount = 2\n', "sampling", "use sobol"),
+        ("step = 0\n" + SMALL, "step", "0"),
+        ("chunk = 1.5\n" + SMALL, "chunk", "1.5"),
+        ("[controller]\n" + SMALL, "target", ""),
+        ('vehicle = "papre"\n' + SMALL, "vehicle", "use paper"),
+        (SMALL + "[", "file", ""),
+        (SMALL.replace("[1.0,", "[true,"), "vehicle.uav.mass", "[True, 2.0]"),
+        (SMALL + "dimension = []\n", "dimension", "[]"),
+        ("seed = -1\n" + SMALL, "seed", "-1"),
+        (SMALL.replace("[1.0, 2.0]", COUNTED), "vehicle.uav.mass.count", "10,000,000"),
+        (SMALL + 'sampling = "sobol"\ncount = 1000000000000\n', "count", "1000000000000"),
+        (
+            SMALL.replace("[1.0, 2.0]", "{ from = -1e308, to = 1e308, count = 3 }"),
+            "vehicle.uav.mass",
+            "",
         ),
-        (SMALL.replace("0.02", "1e6"), ["duration is 1e+06 s", "1e+07 samples"]),
-        (SMALL.replace("0.02", "5e-324"), ["sample is 0.002 s, longer than the flight"]),
+        (LOOP + 'letter = "Q"\n' + SMALL, "target.letter", "M, R, A, L"),
+        ("x = " + "[" * 2000 + "]" * 2000 + "\n" + SMALL, "file", "30"),
+        (SMALL + "[" + ".".join("a" * 2000) + "]\n", "file", "30"),
+        ("seed = " + "1" * 5000 + "\n" + SMALL, "file", ""),
+        # None of these has a run that can be flown, though the start of one could.
+        ("settle = 0.02\n" + SMALL, "settle", "0.02"),
+        ("sample = 1e-10\n" + SMALL, "duration", "1e-10"),
+        ("sample = 0.1\n" + SMALL, "sample", "0.1"),
+        (SMALL.replace('"A"', '"D"\namplitude = 1e308'), "tip_wrench", "[inf"),
+        pytest.param(SMALL.replace('test = "A"', FAST), "force", "", marks=pytest.mark.long),
+        (SMALL.replace("0.02", "1e6"), "duration", "1e+07"),
+        (SMALL.replace("0.02", "5e-324"), "sample", "0.002"),
     ],
 )
-def test_a_design_that_cannot_be_used(tmp_path: Path, text: str, parts: list[str]) -> None:
-    assert_refused(run(tmp_path, text), *parts)
+def test_a_design_that_cannot_be_used(tmp_path: Path, text: str, field: str, fact: str) -> None:
+    assert_refused(run(tmp_path, text), field, fact)
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
@@ -122,8 +116,8 @@ def test_a_field_that_no_run_reads_is_refused_varied_or_fixed(
     rest = "[target]\n" if table == "controller" else ""
     varied = f"[{table}]\n{chosen}{rest}[[vary]]\n'{field}' = {values}\n"
     fixed = f"[{table}]\n{chosen}{name} = {values[0]!r}\n{rest}"
-    for text, said in ((varied, "varies"), (fixed, f"is {values[0]!r}")):
-        assert_refused(run(tmp_path, text), f"{field} {said}, but has no effect", reader)
+    for text in (varied, fixed):
+        assert_refused(run(tmp_path, text), field, reader, place=tmp_path / "design.toml")
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
@@ -143,27 +137,26 @@ def test_a_field_that_some_runs_read_may_vary() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "parts"),
+    ("option", "given"),
     [
-        (["--metrics", "nrmse_x"], ["'nrmse_x'", "nrmse_t"]),
-        (["--metrics", "rms_px"], ["'rms_px'"]),
-        (["--device", "cuda:7"], ["device is 'cuda:7'"]),
-        (["--shard", "3/2"], ["shard is (3, 2)"]),
-        (["--shard", "a"], ["shard is 'a'"]),
+        ("metrics", "nrmse_x"),
+        ("metrics", "rms_px"),
+        ("device", "cuda:7"),
+        ("shard", "3/2"),
+        ("shard", "a"),
     ],
 )
-def test_options_that_cannot_be_used(tmp_path: Path, options: list[str], parts: list[str]) -> None:
-    assert_refused(run(tmp_path, SMALL, *options), *parts)
+def test_options_that_cannot_be_used(tmp_path: Path, option: str, given: str) -> None:
+    assert_refused(run(tmp_path, SMALL, f"--{option}", given), option)
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
 def test_a_scheduler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed", reason="the extra 'cluster' installs Dask")
     monkeypatch.setattr(cluster, "_ANSWER_WITHIN", 0.5)
-    result = run(tmp_path, SMALL, "--scheduler", "tcp://127.0.0.1:9")
-    assert_refused(result, "tcp://127.0.0.1:9", "does not answer")
-    result = run(tmp_path, SMALL, "--scheduler", "tls://127.0.0.1:9")
-    assert_refused(result, "tls://127.0.0.1:9", "no certificate")
+    for address, fact in (("tcp://127.0.0.1:9", "answer"), ("tls://127.0.0.1:9", "certificate")):
+        result = run(tmp_path, SMALL, "--scheduler", address)
+        assert_refused(result, "scheduler", address, fact)
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
@@ -172,7 +165,7 @@ def test_a_grid_larger_than_the_disk_is_refused_with_its_size(tmp_path: Path) ->
     fields = ("scenario.roll", "scenario.pitch", "scenario.yaw")
     text = SMALL + "".join(axis.format(field) for field in fields)
     # 2e15 runs of 2 models with 11 numbers of 8 bytes.
-    assert_refused(run(tmp_path, text), "2,000,000,000,000,000 runs", "PB", "free")
+    assert_refused(run(tmp_path, text), "out", "2,000,000,000,000,000 runs", "PB")
     assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
 
 
@@ -182,11 +175,11 @@ def test_a_store_of_another_design_version_or_device_is_left_alone(tmp_path: Pat
 
     def refused(text: str, *parts: str) -> None:
         before = {path: path.read_bytes() for path in store.rglob("*") if path.is_file()}
-        assert_refused(run(tmp_path, text), *parts)
+        assert_refused(run(tmp_path, text), "out", *parts)
         assert {path: path.read_bytes() for path in store.rglob("*") if path.is_file()} == before
 
-    refused(SMALL.replace("0.02", "0.03"), "another design (sweep)")
-    refused("seed = 1\n" + SMALL, "another design")
+    refused(SMALL.replace("0.02", "0.03"), "design")
+    refused("seed = 1\n" + SMALL, "design")
     metadata = store / "zarr.json"
     content = json.loads(metadata.read_text())
 
@@ -196,7 +189,7 @@ def test_a_store_of_another_design_version_or_device_is_left_alone(tmp_path: Pat
 
     content["attributes"]["versions"]["numpy"] = "1.0"
     write()
-    refused(SMALL, "numpy 1.0", "install that version")
+    refused(SMALL, "numpy 1.0")
     content["attributes"]["versions"]["numpy"] = __import__("numpy").__version__
     content["attributes"]["device"] = "cuda"
     write()
@@ -208,9 +201,9 @@ def test_a_folder_that_holds_other_things_is_left_alone(tmp_path: Path) -> None:
         folder = tmp_path / name
         folder.mkdir()
         (folder / content).write_text('{"zarr_format": 3, "node_type": "group"}')
-        assert_refused(run(tmp_path, SMALL, out=name), str(folder))
+        assert_refused(run(tmp_path, SMALL, out=name), "out", str(folder))
         assert [path.name for path in folder.iterdir()] == [content]
-    assert_refused(run(tmp_path, SMALL, out="notes/notes.txt"), "is a file")
+    assert_refused(run(tmp_path, SMALL, out="notes/notes.txt"), "out", "notes.txt")
 
 
 @pytest.mark.parametrize("threads", [float("nan"), 0, 1.5, True])
@@ -238,7 +231,7 @@ def test_the_beginning_of_another_sweep_is_not_taken_over(tmp_path: Path) -> Non
     (store / "zarr.json").unlink()
     shutil.rmtree(store / "results" / "c")
     shutil.rmtree(store / "done" / "c")
-    assert_refused(run(tmp_path, SMALL.replace("[1.0, 2.0]", "[1.0]")), "another sweep")
+    assert_refused(run(tmp_path, SMALL.replace("[1.0, 2.0]", "[1.0]")), "out")
     assert run(tmp_path, SMALL).exit_code == 0
     assert ca.open_sweep(store).attrs["done"] == 2
 
@@ -282,9 +275,14 @@ def test_of_runs_that_all_ended_early_the_command_shows_no_spread(tmp_path: Path
     assert "RuntimeWarning" not in found.stderr and "2 of them ended early" in found.stdout
 
 
-@pytest.mark.parametrize("metrics", [3, "rmse_t_m", [3], float("nan")])
-def test_metrics_that_are_no_list_of_names_are_refused(metrics: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("metrics", "field"),
+    [(3, "metrics"), ("rmse_t_m", "metrics"), ([3], "metrics.0"), (float("nan"), "metrics")],
+)
+def test_metrics_that_are_no_list_of_names_are_refused(
+    metrics: Any, field: str, tmp_path: Path
+) -> None:
     design = xr.Dataset({"scenario.kappa": ("k", [0.1])}, attrs={"scenario": {"duration": 0.1}})
-    with pytest.raises(ca.InputError, match="metrics"):
+    with refused(field):
         ca.sweep(design, tmp_path / "store.zarr", metrics=metrics)
     assert not (tmp_path / "store.zarr").exists()

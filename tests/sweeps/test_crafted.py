@@ -23,6 +23,7 @@ pytest.importorskip("zarr", reason="the extra 'sweep' installs zarr")
 
 from continuair.sweeps import checksums  # noqa: E402
 from continuair.sweeps.contained import read_within  # noqa: E402
+from tests.refusals import refused
 
 DESIGN = """
 chunk = 2
@@ -80,14 +81,12 @@ def craft(store: Path, change: Change, *, seal: bool = True) -> None:
     (store / "zarr.json").write_text(json.dumps(group))
 
 
-def refused(store: Path) -> str:
-    with soon(), pytest.raises(ca.InputError) as error:
+def refuses(store: Path) -> None:
+    with soon(), refused("out") as error:
         ca.open_sweep(store)
-    said = str(error.value)
-    assert "\n" not in said and said.endswith(".") and len(said) < 700
-    with soon(30), pytest.raises(ca.InputError):
+    assert len(str(error.value)) < 700
+    with soon(30), refused("out"):
         ca.sweep(store.parent / "design.toml", store)
-    return said
 
 
 def setting(name: str, value: Any) -> Change:
@@ -154,7 +153,7 @@ CRAFTED: dict[str, Change] = {
 def test_attributes_that_no_sweep_writes_are_refused(store: Path, change: Change) -> None:
     (store.parent / "design.toml").write_text(DESIGN)
     craft(store, change)
-    refused(store)
+    refuses(store)
 
 
 def array(**changes: Any) -> Callable[[Path], None]:
@@ -228,7 +227,7 @@ def test_files_that_no_sweep_writes_are_refused(store: Path, change: Callable[..
     shutil.copytree(store / "results/c/0", store.parent / "elsewhere")
     change(store)
     craft(store, lambda _: None)
-    refused(store)
+    refuses(store)
 
 
 @pytest.mark.parametrize("name", ["/dev/zero", "../outside", "done/../../outside", "", "design"])
@@ -238,16 +237,15 @@ def test_checksums_are_of_files_in_the_store(store: Path, name: str) -> None:
     (store.parent / "outside").write_bytes(content)
     seen = {name: checksums._brief(content).hex()}
     craft(store, lambda attributes: attributes.update(files=seen), seal=False)
-    refused(store)
+    refuses(store)
 
 
 def test_a_store_that_is_a_pipe_or_a_device_is_none(store: Path) -> None:
     (store / "zarr.json").unlink()
     os.mkfifo(store / "zarr.json")
-    with soon(), pytest.raises(ca.InputError):
-        ca.open_sweep(store)
-    with soon(), pytest.raises(ca.InputError):
-        ca.open_sweep("/dev/zero")
+    for path in (store, "/dev/zero"):
+        with soon(), refused("out"):
+            ca.open_sweep(path)
 
 
 def test_units_are_not_written_through_links(store: Path) -> None:

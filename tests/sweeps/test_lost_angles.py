@@ -49,7 +49,7 @@ def both(scenario: ca.Scenario, sample: float, vehicle: ca.Vehicle = VEHICLE) ->
 @pytest.mark.parametrize("sample", [1e-2, 2e-3, 1e-3])
 def test_samples_that_pass_beside_a_pole_have_no_euler_metrics(fly: Any, sample: float) -> None:
     """At 2 ms no angle changes by more than 0.8 rad, on the wrong triple."""
-    with pytest.warns(ContinuairWarning, match="nrmse_r and rmse_r_rad are NaN.*use angle_rad"):
+    with pytest.warns(ContinuairWarning, match="NaN.* angle_rad"):
         found = fly(BESIDE, sample)
     for name in EULER:
         assert np.isnan(found[name])
@@ -59,7 +59,7 @@ def test_samples_that_pass_beside_a_pole_have_no_euler_metrics(fly: Any, sample:
 
 @pytest.mark.parametrize("fly", [pair, both])
 def test_samples_that_follow_the_angles_agree_with_finer_ones(fly: Any) -> None:
-    with pytest.warns(ContinuairWarning, match="overstate the rotation, up to .* use angle_rad"):
+    with pytest.warns(ContinuairWarning, match="overstate.* angle_rad"):
         fine, finer = (fly(BESIDE, sample) for sample in (1e-4, 2.5e-5))
     for name in EULER:
         assert float(fine[name]) == pytest.approx(float(finer[name]), rel=1e-3)
@@ -73,7 +73,7 @@ def test_a_spin_that_samples_do_not_follow_is_told(fly: Any, rate: float) -> Non
     """Half a turn between samples, and a whole one, which attitudes do not show."""
     q, qd = [0, 0, 5, 0, 0, 0, 0.5, 0.3], [0, 0, 0, 0, 0, rate, 0, 0]
     spin, slender = ca.Scenario("spin", q, qd, duration=0.5), ca.load_vehicle("slender")
-    with pytest.warns(ContinuairWarning, match="samples of 0.1 s do not resolve"):
+    with pytest.warns(ContinuairWarning, match="samples of 0.1 s"):
         found = fly(spin, 0.1, slender)
     assert np.isnan([found[name] for name in EULER]).all() and np.isfinite(found["angle_rad"])
     followed = fly(spin, 0.002, slender)
@@ -90,7 +90,7 @@ def test_a_tumble_right_through_a_pole_keeps_its_angles(fly: Any) -> None:
 
 
 def test_axes_of_angles_are_lost_together_and_a_flight_agrees_with_itself() -> None:
-    with pytest.warns(ContinuairWarning, match="are NaN"):
+    with pytest.warns(ContinuairWarning, match="NaN"):
         found = both(BESIDE, 2e-3)
     lost = [name for name, value in found.items() if np.isnan(value)]
     assert lost == [*EULER, "rmse_roll_rad", "rmse_pitch_rad", "rmse_yaw_rad"]
@@ -174,7 +174,7 @@ def test_a_swing_in_a_plane_keeps_its_direction(dtype: Literal["float64", "float
     assert float(flight["q"][..., 6].min()) < -0.4 < 0.4 < float(flight["q"][..., 6].max())
 
 
-@pytest.mark.parametrize(("sample", "told"), [(1e-3, "are NaN"), (1e-4, "overstate")])
+@pytest.mark.parametrize(("sample", "told"), [(1e-3, "NaN"), (1e-4, "overstate")])
 def test_an_opened_sweep_tells_of_lost_and_of_overstated_angles(
     tmp_path: Path, sample: float, told: str
 ) -> None:
@@ -185,7 +185,7 @@ def test_an_opened_sweep_tells_of_lost_and_of_overstated_angles(
         {"scenario.yaw_rate": ("rate", [5.1291])},
         attrs={"scenario": table, "sample": sample},
     )
-    with pytest.warns(ContinuairWarning, match=f"nrmse_r and rmse_r_rad {told}"):
+    with pytest.warns(ContinuairWarning, match=f"rmse_r_rad .*{told}"):
         ca.sweep(design, tmp_path / "store.zarr")
-    with pytest.warns(ContinuairWarning, match=f"nrmse_r and rmse_r_rad {told}"):
+    with pytest.warns(ContinuairWarning, match=f"rmse_r_rad .*{told}"):
         ca.open_sweep(tmp_path / "store.zarr")

@@ -1,5 +1,7 @@
 """Paired flights in memory say what single flights say."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from continuair.controllers.servoing import servoing
 from continuair.scenario import paths
 from continuair.scenario.targets import Target
 from continuair.vehicle.layout import DEVIATIONS
+from tests.refusals import refused
 
 STEP = 5e-4
 
@@ -133,19 +136,18 @@ def test_closed_loops_agree_with_single_flights() -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
+    ("field", "value"),
     [
-        ({"models": ["lumped"]}, "models is ['lumped']"),
-        ({"sample": 0.0}, "sample is 0.0"),
-        ({"step": -1.0}, "step is -1.0"),
-        ({"settle": 2.0}, "settle is 2.0"),
-        ({"device": "tpu"}, "device is 'tpu'"),
+        ("models", ["lumped"]),
+        ("sample", 0.0),
+        ("step", -1.0),
+        ("settle", 2.0),
+        ("device", "tpu"),
     ],
 )
-def test_options_that_cannot_be_used_are_named(options: dict[str, object], says: str) -> None:
-    with pytest.raises(ca.InputError, match=r".*; .*|.*use one.*") as error:
-        ca.run_pairs(some_vehicles(2), open_loop_test("B"), **options)  # type: ignore[arg-type]
-    assert says in str(error.value)
+def test_options_that_cannot_be_used_are_named(field: str, value: Any) -> None:
+    with refused(field):
+        ca.run_pairs(some_vehicles(2), open_loop_test("B"), **{field: value})
 
 
 def test_pairs_say_what_varied() -> None:

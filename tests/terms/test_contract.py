@@ -262,7 +262,7 @@ def test_a_term_that_is_not_whole_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "problem"),
+    ("changes", "field"),
     [
         ({"terms": TipDrag(1.0)}, "terms"),
         ({"terms": (TipDrag,)}, "terms.0"),
@@ -272,8 +272,8 @@ def test_a_term_that_is_not_whole_is_refused() -> None:
         ({"terms.0.stiffness": [1.0, 2.0], "uav.mass": [2.0, 2.1, 2.2]}, "terms.0.stiffness"),
     ],
 )
-def test_what_is_no_term_is_refused(changes: dict[str, Any], problem: str) -> None:
-    with refused(problem):
+def test_what_is_no_term_is_refused(changes: dict[str, Any], field: str) -> None:
+    with refused(field):
         HELD.replace(changes)
 
 

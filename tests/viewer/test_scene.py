@@ -182,7 +182,7 @@ def test_a_camera_in_a_frenet_frame_is_where_the_flight_has_it() -> None:
 def test_a_flight_that_ends_early_stays_where_it_ended() -> None:
     flight = swing()
     flight["position"][50:] = np.nan
-    with pytest.warns(ca.ContinuairWarning, match="coupled flight ended at 0.49 s: its numbers"):
+    with pytest.warns(ca.ContinuairWarning, match="coupled .* 0.49 s"):
         found = scene(flight, ghost=swing(model="decoupled"))
     assert np.isfinite(found.apart[:50]).all() and np.isnan(found.apart[50:]).all()
     push = found.forces["push"].arrows(1.0)
@@ -267,7 +267,7 @@ def test_readings_have_no_minus_zero_and_no_distance_to_a_flight_that_has_ended(
     flight, ghost = swing(), swing(model="decoupled")
     flight["position"][:, 0] = -1e-4
     ghost["bend"][50:] = np.nan
-    with pytest.warns(ca.ContinuairWarning, match="the decoupled flight ended at 0.49 s"):
+    with pytest.warns(ca.ContinuairWarning, match="decoupled .* 0.49 s"):
         both = scene(flight, ghost=ghost)
     assert "-0.00" not in readings(both, 0) and " mm" in readings(both, 0)
     assert "ended" in readings(both, 80) and " mm" not in readings(both, 80)

@@ -29,7 +29,7 @@ from continuair.viewer.export import write_page
 from continuair.viewer.flying import fly
 from continuair.viewer.reading import chosen, recorded
 from continuair.viewer.scene import scene
-from tests.refusals import refused
+from tests.refusals import assert_refused, refused
 from tests.viewer.flights import PAPER, swing, watching
 
 pytest.importorskip("viser")
@@ -70,25 +70,22 @@ def spoilt(file: Path, at: Path, what: str) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("what", "words"),
+    ("what", "field", "fact"),
     [
-        ("not ours", "no flight of continuair"),
-        ("text", "cannot be read as netCDF"),
-        ("truncated", "cannot be read as netCDF"),
-        ("newer", "written by continuair 99.1"),
-        ("no vehicle", "which has no attribute vehicle"),
-        ("odd vehicle", "has an unreadable vehicle"),
-        ("no bend", "which holds no bend over time"),
-        ("absent", "there is no such file"),
+        ("not ours", "result", ""),
+        ("text", "result", ""),
+        ("truncated", "result", ""),
+        ("newer", "result", "continuair 99.1"),
+        ("no vehicle", "result", "vehicle"),
+        ("odd vehicle", "flight", "vehicle"),
+        ("no bend", "result", "bend"),
+        ("absent", "result", ""),
     ],
 )
 def test_a_result_that_cannot_be_shown_is_told_in_one_sentence(
-    file: Path, tmp_path: Path, what: str, words: str
+    file: Path, tmp_path: Path, what: str, field: str, fact: str
 ) -> None:
-    told = run(str(spoilt(file, tmp_path, what)))
-    assert told.exit_code == 2
-    assert words in told.output
-    assert len(told.output.strip().splitlines()) == 1
+    assert_refused(run(str(spoilt(file, tmp_path, what))), field, fact)
 
 
 def test_a_port_that_is_taken_is_told(file: Path) -> None:
@@ -96,14 +93,18 @@ def test_a_port_that_is_taken_is_told(file: Path) -> None:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        told = run(str(file), "--port", str(port))
-    assert told.exit_code == 2
-    assert f"port is {port}, which another program uses" in told.output
+        assert_refused(run(str(file), "--port", str(port)), "port", str(port))
 
 
-@pytest.mark.parametrize("words", [["--port", "70000"], ["--export", "page.html"]])
+@pytest.mark.parametrize(
+    ("words", "field", "fact"),
+    [
+        (["--port", "70000"], "port", "70000"),
+        (["--export", "page.html"], "viser", "continuair[view]"),
+    ],
+)
 def test_what_cannot_be_served_or_written_is_told_before_a_vehicle_flies(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], field: str, fact: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     if "--export" in words:
@@ -113,9 +114,7 @@ def test_what_cannot_be_served_or_written_is_told_before_a_vehicle_flies(
         raise AssertionError("it flies")
 
     monkeypatch.setattr(flying, "fly", never)
-    told = run("paper", *words)
-    assert told.exit_code == 2, told.output
-    assert "port is 70000" in told.output or "continuair[view]" in told.output
+    assert_refused(run("paper", *words), field, fact)
     assert not list(tmp_path.iterdir())
 
 
@@ -128,7 +127,7 @@ def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
     flight = ca.simulate(vehicle, scenario, sample=0.01, method="RK4", step=2e-4)
     assert int(flight["status"]) == 2
     flight.to_netcdf(tmp_path / "bent.nc", engine="h5netcdf")
-    words = f"the coupled flight ended at {float(flight['end_time']):.2f} s: bent beyond a full"
+    words = f"coupled flight ended at {float(flight['end_time']):.2f} s: bent"
     told = run(str(tmp_path / "bent.nc"), "--export", str(tmp_path / "page.html"))
     assert told.exit_code == 0
     assert told.output.count(words) == 1
@@ -138,7 +137,7 @@ def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
 def test_forces_that_a_result_does_not_tell_are_told_and_drawn_of_its_scenario() -> None:
     test = open_loop_test("D")
     flight = ca.simulate(PAPER, test, sample=0.1)
-    with pytest.warns(ca.ContinuairWarning, match="the picture lacks tip_wrench, which acted"):
+    with pytest.warns(ca.ContinuairWarning, match="tip_wrench"):
         assert "tip force" not in scene(flight).forces
     acted = scene(flight, scenario=test).forces["tip force"]
     np.testing.assert_allclose(acted.force[0, 0], [-10 / np.sqrt(2), 0.0, -25.0], atol=1e-12)
@@ -161,9 +160,7 @@ def test_an_interrupted_video_leaves_nothing_behind(
 
 def test_a_missing_package_is_named(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
-    told = run(str(file))
-    assert told.exit_code == 2
-    assert "pip install 'continuair[view]'" in told.output
+    assert_refused(run(str(file)), "viser", "pip install 'continuair[view]'")
 
 
 def test_without_ffmpeg_a_gif_is_offered(
@@ -172,14 +169,12 @@ def test_without_ffmpeg_a_gif_is_offered(
     monkeypatch.setattr(shutil, "which", lambda _: None)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     told = run(str(file), "--video", str(tmp_path / "flight.mp4"))
-    assert told.exit_code == 2
-    assert "pip install 'continuair[video]', or name a .gif" in told.output
+    assert_refused(told, "video", "pip install 'continuair[video]'", ".gif")
 
 
 def test_a_store_of_a_sweep_is_told_to_hold_no_flights(tmp_path: Path) -> None:
     (tmp_path / "zarr.json").write_text("{}")
-    told = run(str(tmp_path))
-    assert told.exit_code == 2 and "which keeps metrics and no flights" in told.output
+    assert_refused(run(str(tmp_path)), "result", "sweep")
 
 
 @pytest.mark.parametrize("ends", ["exit 1", "cat > /dev/null; exit 1"])
@@ -192,38 +187,27 @@ def test_an_ffmpeg_that_fails_is_told_in_a_sentence_and_leaves_nothing(
     broken.chmod(0o755)
     monkeypatch.setenv("PATH", os.pathsep.join([str(broken.parent), os.environ["PATH"]]))
     told = run(str(file), "--video", str(tmp_path / "flight.mp4"))
-    assert told.exit_code == 2
-    assert "which ffmpeg failed to write" in told.output
+    assert_refused(told, "video", "ffmpeg")
     assert not list(tmp_path.glob("flight*.mp4"))
 
 
 @pytest.mark.parametrize("option", ["--export", "--video"])
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("mine", "is not a new file"),
-        ("nowhere/flight", "cannot be written"),
-        ("flight.txt", "name a file that ends in"),
-    ],
-)
+@pytest.mark.parametrize("name", ["mine", "nowhere/flight", "flight.txt"])
 def test_nothing_is_written_where_something_is_or_cannot_be(
-    file: Path, tmp_path: Path, option: str, name: str, words: str
+    file: Path, tmp_path: Path, option: str, name: str
 ) -> None:
     suffix = ".html" if option == "--export" else ".gif"
     path = tmp_path / (name if name.endswith(".txt") else f"{name}{suffix}")
     if name == "mine":
         path.write_text("mine")
-    told = run(str(file), option, str(path))
-    assert told.exit_code == 2
-    assert words in told.output.replace("\n", " ")
+    assert_refused(run(str(file), option, str(path)), option.removeprefix("--"), str(path))
     assert not path.exists() or path.read_text() == "mine"
 
 
 def test_a_vehicle_flies_one_flight(tmp_path: Path) -> None:
     told = run("paper", "--flight", "B", "--export", str(tmp_path / "page.html"))
-    assert told.exit_code == 2 and "is a vehicle, which flies one" in told.output
-    told = run("papr")
-    assert told.exit_code == 2 and "there is no preset of that name" in told.output
+    assert_refused(told, "flight", "paper")
+    assert_refused(run("papr"), "vehicle", "papr")
 
 
 def study(at: Path) -> Path:
@@ -252,8 +236,7 @@ def test_a_study_shows_the_flight_that_is_named_beside_the_decoupled_one(tmp_pat
     assert apart.ghost is not None
     moved = apart.ghost.position - apart.bodies.position
     np.testing.assert_allclose(moved, 1.0, rtol=1e-14)
-    told = run(str(tmp_path / "study"), "--flight", "C")
-    assert told.exit_code == 2 and "which does not exist" in told.output
+    assert_refused(run(str(tmp_path / "study"), "--flight", "C"), "flight", "C")
 
 
 def test_a_run_of_a_batch_has_the_vehicle_of_its_own(tmp_path: Path) -> None:
@@ -295,7 +278,7 @@ def test_an_mp4_is_written_from_python(tmp_path: Path) -> None:
     path = tmp_path / "swing.mp4"
     ca.animate(watching(duration=0.2), path)
     assert path.read_bytes()[4:8] == b"ftyp"
-    with pytest.raises(ca.InputError, match="is not a new file"):
+    with refused("video"):
         video.animate(watching(duration=0.2), path)
 
 
