@@ -255,7 +255,7 @@ def test_a_term_that_is_not_whole_is_refused() -> None:
     class Nothing(ca.Term):
         kinds: Any = ()
 
-    with refused("term"):
+    with refused("term Nothing"):
         ca.simulate(HELD.replace({"terms": (Nothing(),)}), swinging(HELD))
     with refused("Nothing.kinds"):
         Nothing([1, 2])

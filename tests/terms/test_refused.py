@@ -66,13 +66,34 @@ class Bare(ca.Term):
         return Acting()
 
 
+@dataclass(frozen=True)
+class Astray(ca.Term):
+    """A drag of the tips by a field that their motion lacks."""
+
+    def device(self, code: Device) -> Acting:
+        types = code.types
+        State, Flight, vec3 = types.State, code.Flight, types.vec3
+
+        def wrench_of(arm: int) -> Any:
+            world_tip = code.tips.world_tip_of(arm)
+
+            @wp.func
+            def wrench(y: State, flight: Flight, row: int):
+                return -world_tip(y, flight.plant).velocty, vec3()
+
+            return wrench
+
+        return Acting(on_arm=code.on_tip(wrench_of))
+
+
 @pytest.mark.parametrize(
     ("term", "field", "fact"),
     [
-        (Bare(), "terms.term", "stiffness"),
+        (Astray(), "term Astray", "velocty"),
+        (Bare(), "terms.term Bare", "stiffness"),
         (Rounded(), "term Rounded", "0.1"),
-        (Untold(), "term", "energy"),
-        (Nothing(), "term", "NoneType"),
+        (Untold(), "term Untold", "energy"),
+        (Nothing(), "term Nothing", "NoneType"),
     ],
 )
 def test_it_is_refused_in_a_sentence(term: ca.Term, field: str, fact: str) -> None:

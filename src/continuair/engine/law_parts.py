@@ -42,7 +42,7 @@ def check_reading(found: SimpleNamespace, code: Any) -> None:
     for function in _named(found.control, set()):
         check_numbers(function, code.Real)
     # Warp's own analysis resolves functions, but its error messages are less specific.
-    for function in read(found.control):
+    for function in read(found.control, "law"):
         if not is_ours(function.func):
             check_numbers(function, code.Real)
             if code.points == 0:

@@ -1,4 +1,6 @@
-"""Analysis of a law by Warp: its functions, their hash, and integer divisions, which truncate.
+"""Analysis of a user's device functions by Warp: what they call, their hash, and two mistakes.
+
+Refused are integer divisions, which truncate, and fields that a struct lacks.
 
 Functions and types are analysed as for compilation, without generating code. Only this module uses
 private parts of Warp, and may have to change with its version.
@@ -39,20 +41,21 @@ _DEVICE_NAMES = {
 
 @dataclass
 class _Met:
-    """Integer divisions (function, line) and sentences on unknown fields of a law."""
+    """Integer divisions (function, line) and sentences on unknown fields."""
 
     quotients: list[tuple[str, str]]
     unknown: list[InputError]
 
 
-def read(control: Any) -> list[Any]:
+def read(control: Any, owner: str) -> list[Any]:
     """Return a device function and all that it calls.
 
-    Raises InputError if one of them divides whole numbers, or uses a field that its struct lacks.
+    owner: what has the function, for messages. Raises InputError if one of them divides whole
+    numbers, or uses a field that its struct lacks.
     """
     options = context.Module("law", None).options | {"output_arch": None, "block_dim": 1}
     builder = context.ModuleBuilder(context.Module("law", None), options)
-    with _meeting() as met:
+    with _meeting(owner) as met:
         try:
             control.adj.build(builder)
         except Exception:
@@ -61,7 +64,7 @@ def read(control: Any) -> list[Any]:
             raise
     for function, line in met.quotients:
         raise InputError(
-            "law",
+            owner,
             f"divides whole numbers in its function {function} ({line}), which truncates",
             "convert them first, as in code.Real(n) / code.Real(m)",
         )
@@ -69,7 +72,7 @@ def read(control: Any) -> list[Any]:
 
 
 @contextmanager
-def _meeting() -> Iterator[_Met]:
+def _meeting(of: str) -> Iterator[_Met]:
     """Collect the integer divisions and unknown fields that Warp analyses."""
     met = _Met([], [])
     add_call, evaluate = codegen.Adjoint.add_call, codegen.Adjoint.eval
@@ -87,7 +90,7 @@ def _meeting() -> Iterator[_Met]:
                 owner = evaluate(adj, attribute.value)  # type: ignore[no-untyped-call]
                 kind = codegen.strip_reference(getattr(owner, "type", None))
                 if isinstance(kind, Struct) and attribute.attr not in kind.vars:
-                    met.unknown.append(_unknown(adj.fun_name, attribute, kind))
+                    met.unknown.append(_unknown(of, adj.fun_name, attribute, kind))
             raise
 
     setattr(codegen.Adjoint, "add_call", noted)  # noqa: B010  # as mypy knows it
@@ -105,7 +108,7 @@ def _attributes(node: ast.AST) -> list[ast.Attribute]:
     return [each for each in found if isinstance(each, ast.Attribute)]
 
 
-def _unknown(function: str, node: ast.Attribute, kind: Any) -> InputError:
+def _unknown(of: str, function: str, node: ast.Attribute, kind: Any) -> InputError:
     """Return an error about an unknown field of a struct, with the likely name."""
     fields = list(kind.vars)
     deeper = {
@@ -120,7 +123,7 @@ def _unknown(function: str, node: ast.Attribute, kind: Any) -> InputError:
     remedy = f"use {found} (known: {', '.join(fields)})" if found else nearest(node.attr, fields)
     struct = kind.key.rpartition("__")[2]
     return InputError(
-        "law",
+        of,
         f"uses {ast.unparse(node)} in its function {function}, but {struct} has no {node.attr}",
         remedy,
     )

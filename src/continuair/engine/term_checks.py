@@ -13,6 +13,7 @@ from continuair.engine.compiling import made_once
 from continuair.engine.law_names import names_of
 from continuair.engine.law_numbers import check_numbers
 from continuair.engine.law_parts import is_ours
+from continuair.engine.law_reading import read
 from continuair.errors import InputError
 from continuair.kernels.device import Device
 from continuair.kernels.term_sum import Acting
@@ -30,19 +31,23 @@ def check_terms(tree: Tree) -> None:
         name, acting = type(term).__name__, term.device(Device(numbers, tree))
         if not isinstance(acting, Acting):
             raise InputError(
-                "term",
-                f"{name} returns {type(acting).__name__} from device(code)",
+                f"term {name}",
+                f"returns {type(acting).__name__} from device(code)",
                 "return a continuair.terms.Acting",
             )
         if acting.energy is not None and not term.has_energy:
             raise InputError(
-                "term",
-                f"{name} returns an energy, but has_energy is False",
+                f"term {name}",
+                "returns an energy, but has_energy is False",
                 "set has_energy = True in its class, or leave the energy out",
             )
         real = device_types(numbers, tree).Real
-        for function in _functions(_parts(acting, tree), set()):
+        parts = _parts(acting, tree)
+        for function in _functions(parts, set()):
             check_numbers(function, real, f"term {name}")
+        for function in parts:
+            if isinstance(function, wp.Function):
+                read(function, f"term {name}")
 
 
 def _parts(acting: Acting, tree: Tree) -> list[Any]:

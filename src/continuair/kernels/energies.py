@@ -45,11 +45,8 @@ def energies_kernel(numbers: Numbers, tree: Tree) -> Any:
             own = term.device(Device(numbers, tree)).energy
             if own is None:
                 raise InputError(
-                    "term",
-                    (
-                        f"{type(term).__name__} has has_energy, but its device(code) "
-                        "returns no energy"
-                    ),
+                    f"term {type(term).__name__}",
+                    "has has_energy, but its device(code) returns no energy",
                     "give Acting(energy=...), or leave has_energy out",
                 )
             energy_of = plus(energy_of, own)

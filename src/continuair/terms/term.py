@@ -303,8 +303,8 @@ class Term(Effect):
             If a subclass does not define the method.
         """
         raise InputError(
-            "term",
-            f"{type(self).__name__} has no method device(self, code)",
+            f"term {type(self).__name__}",
+            "has no method device(self, code)",
             "define it, as in continuair.Term",
         )
 

@@ -110,8 +110,8 @@ def _check_fields(effect: Effect) -> None:
     for name, annotation in kind.__dict__.get("__annotations__", {}).items():
         if name not in known and "ClassVar" not in str(annotation):
             raise InputError(
-                "term",
-                f"{kind.__name__} annotates {name}, which is not a field",
+                f"term {kind.__name__}",
+                f"annotates {name}, which is not a field",
                 "write @dataclass(frozen=True) above its class",
             )
 
