@@ -92,8 +92,10 @@ def test_stderr_is_not_needed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("suffix", [".o", ".meta"])
-@pytest.mark.parametrize("damage", ["cut", "emptied", "flipped", "a folder"])
+@pytest.mark.parametrize(
+    ("suffix", "damage"),
+    [(".o", "cut"), (".meta", "emptied"), (".o", "flipped"), (".meta", "a folder")],
+)
 def test_what_is_damaged_in_the_cache_is_built_anew(caches: Path, suffix: str, damage: str) -> None:
     files = [path for path in caches.rglob(f"*{suffix}") if path.is_file()]
     before = {path: path.read_bytes() for path in files}

@@ -32,6 +32,10 @@ TILTED = {**GIVEN, "layout": "hex_tilted", "tilt": 0.35}
 TREE = ca.load_vehicle(Path(__file__).parents[1] / "three_sections.toml")
 TREE = TREE.replace({"uav.rotors": TILTED, "uav.drag": DRAG})
 WEIGHT = 9.81 * QUAD.mass
+MORE_IN_SOAK = [
+    "coupled",
+    *(pytest.param(model, marks=pytest.mark.soak) for model in ca.MODELS if model != "coupled"),
+]
 LEVEL = (0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 BENT = (0.0, 0.0, 2.0, 0.1, -0.2, 0.3, 0.4, 0.7)
 
@@ -362,7 +366,7 @@ def test_rotors_at_rest_and_drag_of_zero_change_nothing(model: str) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model", ca.MODELS)
+@pytest.mark.parametrize("model", MORE_IN_SOAK)
 def test_a_run_of_a_batch_flies_as_alone_and_in_single_precision(model: str) -> None:
     masses, lags = np.linspace(1.8, 2.2, 11), np.linspace(0.0, 0.05, 11)
     batch = FURNISHED.replace({"uav.mass": masses, "uav.rotors.lag": lags})
@@ -377,7 +381,7 @@ def test_a_run_of_a_batch_flies_as_alone_and_in_single_precision(model: str) -> 
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model", ca.MODELS)
+@pytest.mark.parametrize("model", MORE_IN_SOAK)
 def test_the_integrators_agree(model: str) -> None:
     given: dict[str, Any] = {"model": model, "rotor_command": swaying, "wind": breeze}
     given |= {"sample": 0.01}
