@@ -36,7 +36,7 @@ def stderr_behind(descriptor: int) -> Iterator[None]:
 @contextmanager
 def noticed(module: str, cache: Path) -> Iterator[None]:
     """Tell on stderr that a module is compiled, if that takes long, and how long it took before."""
-    kind = module.split("_")[0]
+    kind = module.strip("_").split("_")[0]
     timer = threading.Timer(_SILENCE, _tell, (kind, _last_time(cache, kind)))
     timer.daemon = True
     timer.start()

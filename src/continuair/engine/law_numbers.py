@@ -22,11 +22,12 @@ def check_numbers(function: Any, Real: Any, whose: str = "law") -> None:
     Real: number type of the function; whose: owner of the function, for the message.
     """
     called = f"its function {function.func.__name__}"
+    real = "code.Real" if whose == "law" else "code.types.Real"
     for number in _rounded(function, names_of(function), Real):
         raise InputError(
             whose,
             f"has the number {number} in {called}, where Warp uses single precision",
-            f"define it outside of that function, as in number = code.Real({number})",
+            f"define it outside of that function, as in number = {real}({number})",
         )
     for name in _vectors(function):
         raise InputError(

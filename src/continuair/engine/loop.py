@@ -345,7 +345,7 @@ def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
         raise InputError(
             name,
             f"{problem} the gains of the controller {controller.name}",
-            f"give {', '.join(expected)}",
+            f"give {', '.join(expected)}" if name in expected else f"remove {name}",
         )
     for name, value in given.items():
         one_run = value.shape[1:] if controller.runs else value.shape

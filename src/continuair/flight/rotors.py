@@ -209,8 +209,8 @@ def _check_hover(rotors: Rotors, thrusts: Array) -> None:
         raise CannotHover(
             rotors.limits_field(int(rotor)),
             (
-                f"is 0 to {highest[run, rotor]:g} N, but hover needs {thrusts[run, rotor]:.4g} "
-                f"N of rotor {rotor}{where}"
+                f"allow up to {highest[run, rotor]:g} N, but hover needs "
+                f"{thrusts[run, rotor]:.4g} N of rotor {rotor}{where}"
             ),
             "give a rotor_command, or stronger rotors",
         )

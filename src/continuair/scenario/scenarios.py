@@ -171,7 +171,7 @@ class Scenario(Immutable):
             raise InputError(
                 "controller",
                 f"is {shown(self.controller)}",
-                "give one of continuair.controllers, such as servoing(...)",
+                "give a ca.Controller(name, law, gains), or one such as ca.hold(...)",
             )
         if self.target is not None:
             object.__setattr__(self, "target", _checked_targets(self.target))
@@ -181,7 +181,7 @@ class Scenario(Immutable):
             raise InputError(
                 "target",
                 f"is None, but the controller {self.controller.name} needs one",
-                "give a continuair.Target",
+                "give a continuair.Target, or make the controller with looks=False",
             )
 
     def _check_callback(self) -> None:

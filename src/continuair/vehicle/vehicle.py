@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, SkipValidation, field_validator, model_validator
@@ -45,6 +45,10 @@ class Vehicle(Part):
     A vehicle describes one run, or, if made by `replace` with arrays, a batch of runs. It is
     immutable. `load_vehicle` reads one from a preset or a file.
     """
+
+    refused: ClassVar[Mapping[str, str]] = {
+        "tendons": "are not simulated yet; leave the table out, and give bend moments directly"
+    }
 
     name: Title
     """the name of the vehicle, for titles and provenance"""

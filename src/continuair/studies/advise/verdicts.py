@@ -30,15 +30,14 @@ def cost_verdict(step_over_coupled: dict[str, float]) -> str:
     ratio = step_over_coupled["decoupled"]
     if ratio <= 1.0 - SAVED:
         return ""
-    others = "".join(
-        f", and one of {model} {each:.2f} times"
-        for model, each in step_over_coupled.items()
-        if model != "decoupled"
+    measured = (
+        f"its decoupled step was measured to take {ratio:.2f} times the time of a coupled one"
     )
-    return (
-        "There is no reason to decouple this vehicle: its decoupled step was measured to take "
-        f"{ratio:.2f} times the time of a coupled one{others}."
-    )
+    saving = {model: each for model, each in step_over_coupled.items() if each <= 1.0 - SAVED}
+    if not saving:
+        return f"There is no reason to decouple this vehicle: {measured}."
+    others = " and ".join(f"one of {model} {each:.2f} times" for model, each in saving.items())
+    return f"The decoupled model saves no time for this vehicle: {measured}. But {others}."
 
 
 def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
