@@ -114,6 +114,7 @@ def test_an_interrupted_atlas_goes_on_with_what_was_flown(tmp_path: Path) -> Non
     assert len(flown) == 3 and [each.name for each in folder.iterdir()] == ["some.npz"]
 
 
+@pytest.mark.long
 def test_flights_refute_limits_that_are_too_high_and_no_others(flights: xr.Dataset) -> None:
     judges = flights.isel(vehicle=[0, 1])
     flown = np.stack(

@@ -136,9 +136,9 @@ def test_a_simulation_needs_memory_for_its_results_and_one_part(
         if fits:
             check_memory(kept, working)
             continue
-        with refused("sample"):
+        with refused("duration"):
             check_memory(kept, working)
-        with refused("sample"):
+        with refused("duration"):
             ca.simulate(
                 PAPER, recorder.flight.scenario, variables=["tip_position"], threads=1,
                 **METHODS[method],

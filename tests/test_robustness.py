@@ -85,6 +85,7 @@ def test_what_a_steady_force_leaves_grows_with_it(study: Robustness) -> None:
     assert double == pytest.approx(2.0 * small, rel=0.05)
 
 
+@pytest.mark.long
 def test_how_the_camera_is_mounted_and_when_images_arrive_hardly_matters(study: Robustness) -> None:
     """The desired image is one that the same camera took; the target's motion is fed forward."""
     case = study.results["cases"][0]

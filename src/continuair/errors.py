@@ -173,6 +173,9 @@ class _Printer(reprlib.Repr):
         digits = int(x.bit_length() * 0.30103) + 1
         return f"a number of {digits:,} digits" if digits > 4000 else super().repr_int(x, level)
 
+    def repr_function(self, x: Any, level: int) -> str:
+        return f"<function {x.__name__}>"  # without its address, which differs between processes
+
 
 _PRINTER = _Printer()
 _PRINTER.maxother = _LONGEST_VALUE

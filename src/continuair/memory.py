@@ -30,11 +30,17 @@ def check_memory(needed: Mapping[str, float], working: float = 0.0) -> None:
     needed: bytes by variable; working: bytes that computing them needs besides.
     """
     total, free = sum(needed.values()), free_memory()
-    if total + working > free:
+    if total > free:
         largest = max(needed, key=lambda name: needed[name])
-        beside = f", computed in {working / 1e9:.3g} GB more," if working else ","
         raise InputError(
             "sample",
-            f"gives results of {total / 1e9:.3g} GB{beside} but {free / 1e9:.3g} GB are free",
+            f"gives results of {total / 1e9:.3g} GB, but {free / 1e9:.3g} GB are free",
             f"keep fewer variables than {largest} and others, a coarser sample or fewer runs",
+        )
+    if total + working > free:
+        raise InputError(
+            "duration",
+            f"needs {working / 1e9:.3g} GB to compute results of {total / 1e9:.3g} GB, but "
+            f"{free / 1e9:.3g} GB are free",
+            "give a shorter duration, a coarser sample or fewer runs",
         )

@@ -151,6 +151,7 @@ def test_what_cannot_be_believed_in_is_refused() -> None:
         ca.lyapunov(VEHICLE, scenario(law.believing(VEHICLE)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "other",
     [

@@ -41,6 +41,7 @@ def test_points_are_lost_when_they_are_whatever_the_samples(sample: float) -> No
     assert abs(float(runs[0].end_time) - float(runs[1].end_time)) < 1.5e-3
 
 
+@pytest.mark.long
 def test_rotors_that_saturate_between_samples_are_told_of() -> None:
     rotors: dict[str, Any] = {"layout": "hex_tilted", "lever": 0.3, "tilt": 0.35}
     rotors |= {"thrust_limits": [0.0, 12.0], "torque_per_thrust": 0.02, "lag": 0.02}

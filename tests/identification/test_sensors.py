@@ -219,6 +219,7 @@ def fitted() -> Fit:
     return fit(VEHICLE, noisy(1), ["uav.mass"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("sensor", "factor", "key"),
     [

@@ -51,6 +51,7 @@ def test_the_numbers_do_not_depend_on_the_tolerance(found: dict[str, Any]) -> No
     assert moved[:, 2:].max() <= 1e-2
 
 
+@pytest.mark.long
 def test_the_test_called_negligible_errs_most_in_metres(found: dict[str, Any]) -> None:
     metres = {test: row["rmse_t_m"] for test, row in found["in_metres_and_radians"].items()}
     assert max(metres, key=lambda test: metres[test]) == "A"

@@ -117,6 +117,7 @@ def test_rotors_wash_the_parts_of_an_arm_that_are_below_their_disks() -> None:
     np.testing.assert_allclose(rates[0], rates[1], rtol=1e-10, atol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("lag", [0.0, 0.04])
 def test_left_alone_rotors_hold_a_vehicle_whose_arms_hang_in_their_wash(lag: float) -> None:
     """Two stiff booms below a quadrotor: the wash pushes them down by a hundredth of the weight."""
@@ -179,6 +180,7 @@ def test_tilted_rotors_hold_a_vehicle_against_what_the_wash_pushes_aside_too() -
 FINE: dict[str, Any] = {"method": "RK4", "step": 1e-4}
 
 
+@pytest.mark.long
 def test_an_arm_that_swings_through_the_edge_of_a_wash_is_followed() -> None:
     """A light arm, between the wash of a disk and still air: off by less than a thousandth."""
     changes = {

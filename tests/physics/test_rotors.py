@@ -148,6 +148,7 @@ def test_energy_changes_by_the_work_of_rotors_and_air(model: str) -> None:
     assert energy[-1] - energy[0] == pytest.approx(float(work), abs=1e-6 * np.abs(power).max())
 
 
+@pytest.mark.long
 def test_momentum_changes_by_the_forces_of_rotors_air_and_weight() -> None:
     flight = flown(TREE, tree_start(), wind=breeze, duration=1.0, method="RK4", step=2e-4)
     wind = np.array([breeze(t) for t in flight.time.to_numpy()])

@@ -181,6 +181,7 @@ def test_the_reported_factor_is_that_of_an_accurate_flight(results: Any) -> None
     assert Reading(**results["table1_reading"]["reading"]) == READING
 
 
+@pytest.mark.long
 def test_the_vehicles_written_give_the_numbers_reported(
     written: tuple[Path, str], results: Any
 ) -> None:

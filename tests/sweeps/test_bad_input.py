@@ -250,6 +250,7 @@ def test_a_shard_does_its_part_and_the_command_says_what_is_left(tmp_path: Path)
     assert isinstance(found, xr.Dataset)
 
 
+@pytest.mark.long
 def test_the_command_tells_runs_that_were_refused_from_those_that_ended_early(
     tmp_path: Path,
 ) -> None:

@@ -95,9 +95,7 @@ def summarise_loops(loops: xr.Dataset) -> xr.Dataset:
             "loop_total": ("loop_group", shares.total),
             "loop_explained": shares.explained,
             "ds_map": (
-                "quantile",
-                "loop_row",
-                "loop_column",
+                ("quantile", "loop_row", "loop_column"),
                 _quantiles(loops["ds_px"].to_numpy(), row, column, (cells, cells)),
             ),
             "loop_lost": ("plant", [float(loops[f"lost_{p}"].mean()) for p in PLANTS]),
