@@ -1,4 +1,4 @@
-"""What every refusal has: a field, and one plain sentence with its value and a remedy."""
+"""Assertions about refusals: the field, and one plain sentence with its value and a remedy."""
 
 import re
 from collections.abc import Iterator

@@ -249,7 +249,7 @@ def test_an_interrupted_rerun_leaves_no_mixture_and_says_so(
 
 def test_a_study_that_cannot_fly_leaves_no_folder_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any, **__: Any) -> None:
-        raise InputError("flight", "is none", "fly")
+        raise InputError("flight", "cannot be simulated", "give another scenario")
 
     assert run("open-loop", "--tests", "A", "--out", "mine").exit_code == 0
     before = {path.name: path.read_bytes() for path in Path("mine").iterdir()}

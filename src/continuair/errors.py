@@ -37,7 +37,7 @@ class InputError(ValueError):
     Attributes
     ----------
     place : str
-        File, run or worker that the field belongs to; empty if there is none.
+        Name of the file, run or worker with the field; empty if there is none.
     errors : tuple of InputError
         Errors of all invalid fields, this one first.
 
@@ -82,9 +82,12 @@ class InputError(ValueError):
         Returns
         -------
         InputError
-            An error of the class of the first.
+            An error of the class of the first error.
         """
-        return _joined([each for error in errors for each in error.errors])
+        first, *others = (each for error in errors for each in error.errors)
+        found = first._moved(first.field, first.place)
+        found._others = tuple(others)
+        return found
 
     def within(self, prefix: str) -> InputError:
         """Return the same error with a prefix before each field.
@@ -99,7 +102,7 @@ class InputError(ValueError):
         InputError
             An error of the same class.
         """
-        return _joined([each._moved(prefix + each.field, each.place) for each in self.errors])
+        return self.joined([each._moved(prefix + each.field, each.place) for each in self.errors])
 
     def located(self, place: str) -> InputError:
         """Return the same error with a place before each sentence.
@@ -114,7 +117,7 @@ class InputError(ValueError):
         InputError
             An error of the same class.
         """
-        return _joined(
+        return self.joined(
             [
                 each._moved(each.field, f"{place}: {each.place}" if each.place else place)
                 for each in self.errors
@@ -125,13 +128,6 @@ class InputError(ValueError):
         moved = type(self)(field, self.problem, self.remedy)
         moved.place = place
         return moved
-
-
-def _joined(errors: Sequence[InputError]) -> InputError:
-    first, *others = errors
-    joined = first._moved(first.field, first.place)
-    joined._others = tuple(others)
-    return joined
 
 
 class CannotHover(InputError):
@@ -209,8 +205,8 @@ def named_fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
 def input_error(model: type[BaseModel], error: ValidationError) -> InputError:
     """Return an error of pydantic about a `model` as an InputError.
 
-    Its fields are those of the model, so that an enclosing model can prepend its own. A single
-    InputError keeps its class.
+    Its fields are those of the model, so that an enclosing model can prepend its own. The
+    class is that of the first error.
     """
     return InputError.joined([_error_of(model, item) for item in error.errors()])
 
