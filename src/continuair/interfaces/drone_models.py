@@ -81,7 +81,7 @@ def _rotors(given: ParameterTable) -> dict[str, Any]:
     """Return the fields of the rotors; the third row of the matrix holds the torques' signs."""
     mixing, lever = given.array("mixing_matrix", (3, None)), given.number("L", above=0.0)
     hubs = lever * np.column_stack([-mixing[1], mixing[0], np.zeros(mixing.shape[1])])
-    least, most = _limits(given)
+    least, most = given.span("thrust_min", "thrust_max")
     hovering, full = (_rpm(given, thrust) for thrust in (_share(given, mixing.shape[1]), most))
     thrust, torque = (_polynomial(given, name) for name in ("rpm2thrust", "rpm2torque"))
     per_thrust = _at(torque, hovering) / _at(thrust, hovering)
@@ -99,13 +99,6 @@ def _rotors(given: ParameterTable) -> dict[str, Any]:
     if given.has("prop_radius"):
         rotors["radius"] = given.number("prop_radius", above=0.0)
     return rotors
-
-
-def _limits(given: ParameterTable) -> tuple[float, float]:
-    least, most = given.number("thrust_min", least=0.0), given.number("thrust_max", above=0.0)
-    if not least < most:
-        raise InputError(given.field("thrust_min"), f"is {least:g}", f"give less than {most:g} [N]")
-    return least, most
 
 
 def _share(given: ParameterTable, rotors: int) -> float:

@@ -59,6 +59,15 @@ class ParameterTable:
             value = value.item()
         return checks.number(self.field(name), value, above=above, least=least)
 
+    def span(self, lowest: str, highest: str) -> tuple[float, float]:
+        """Return the ends of a range by their names, 0 or above, the first below the second."""
+        least, most = self.number(lowest, least=0.0), self.number(highest, above=0.0)
+        if not least < most:
+            raise InputError(
+                self.field(lowest), f"is {least:g}", f"give less than {highest}, {most:g}"
+            )
+        return least, most
+
     def array(self, name: str, shape: tuple[int | None, ...]) -> Array:
         """Return numbers of a shape; None stands for 1 to MOST_ROTORS."""
         found = checks.finite_array(self.entries[name])

@@ -90,13 +90,7 @@ def _rotors(given: ParameterTable) -> dict[str, Any]:
     """Return the fields of the rotors, whose torque has the sign of their direction."""
     positions = _positions(given)
     directions = given.array("rotor_directions", (len(positions),))
-    least, most = (
-        given.number("rotor_speed_min", least=0.0), given.number("rotor_speed_max", above=0.0),
-    )  # fmt: skip
-    if not least < most:
-        raise InputError(
-            "params.rotor_speed_min", f"is {least:g}", f"give less than rotor_speed_max, {most:g}"
-        )
+    least, most = given.span("rotor_speed_min", "rotor_speed_max")
     thrust = given.number("k_eta", above=0.0)
     along = [given.number(each, least=0.0) * most for each in ("k_d", "k_z")]
     rotors: dict[str, Any] = {
