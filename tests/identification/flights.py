@@ -36,6 +36,24 @@ def held_inputs(time: np.ndarray) -> np.ndarray:
     return rows
 
 
+def held_scenario(time: np.ndarray, inputs: np.ndarray) -> ca.Scenario:
+    """Return a flight under inputs (n, 8) that are held from each time (n,) to the next."""
+
+    def held(t: float) -> np.ndarray:
+        return np.asarray(inputs[int(np.searchsorted(time, t, side="right")) - 1])
+
+    return ca.Scenario(
+        "held",
+        (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.4, 0.5),
+        (0.2, 0.1, -0.1, 0.3, 0.2, -0.1, 0.5, 0.3),
+        force=lambda t: held(t)[:3],
+        moment=lambda t: held(t)[3:6],
+        bend_moment=lambda t: held(t)[6:],
+        jumps=tuple(time[1:-1]),
+        duration=float(time[-1]),
+    )
+
+
 def record(
     path: Path,
     *,
@@ -47,25 +65,8 @@ def record(
 ) -> None:
     """Write a flight with NOISE of a seed, of a vehicle, in a test or under held inputs."""
     time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
-    scenario = open_loop_test(test or "B")
     inputs = held_inputs(time)
-    if test is None:
-
-        def held(t: float) -> np.ndarray:
-            return inputs[int(np.searchsorted(time, t, side="right")) - 1]
-
-        q = (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.4, 0.5)
-        qd = (0.2, 0.1, -0.1, 0.3, 0.2, -0.1, 0.5, 0.3)
-        scenario = ca.Scenario(
-            "held",
-            q,
-            qd,
-            force=lambda t: held(t)[:3],
-            moment=lambda t: held(t)[3:6],
-            bend_moment=lambda t: held(t)[6:],
-            jumps=tuple(time[1:-1]),
-            duration=duration,
-        )
+    scenario = open_loop_test(test) if test else held_scenario(time, inputs)
     found = ca.simulate(
         vehicle or true_vehicle(),
         scenario,

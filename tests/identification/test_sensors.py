@@ -19,7 +19,7 @@ from continuair.identification.recording import MEASURED, SENSORS
 from continuair.identification.replay import START, Replay
 from continuair.vehicle.layout import ACTUATORS
 from continuair.vehicle.vehicle_file import write_vehicle
-from tests.identification.flights import NOISE, SAMPLE, held_inputs, true_vehicle
+from tests.identification.flights import NOISE, SAMPLE, held_inputs, held_scenario, true_vehicle
 from tests.refusals import refused
 
 pytestmark = pytest.mark.targets
@@ -39,20 +39,7 @@ def flight() -> Recording:
     """A flight under held inputs without noise, and what ideal sensors measure in it."""
     time = np.asarray(SAMPLE * np.arange(201), float)
     inputs = held_inputs(time)
-
-    def held(t: float) -> np.ndarray:
-        return inputs[int(np.searchsorted(time, t, side="right")) - 1]
-
-    scenario = ca.Scenario(
-        "held",
-        (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.4, 0.5),
-        (0.2, 0.1, -0.1, 0.3, 0.2, -0.1, 0.5, 0.3),
-        force=lambda t: held(t)[:3],
-        moment=lambda t: held(t)[3:6],
-        bend_moment=lambda t: held(t)[6:],
-        jumps=tuple(time[1:-1]),
-        duration=time[-1],
-    )
+    scenario = held_scenario(time, inputs)
     found = ca.simulate(VEHICLE, scenario, sample=SAMPLE, method="RK4", step=2e-4)
     names = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
     state = {name: found[name].to_numpy() for name in names}

@@ -13,7 +13,7 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
-from tests.identification.flights import held_inputs, true_vehicle
+from tests.identification.flights import held_inputs, held_scenario, true_vehicle
 
 Array = np.ndarray
 Topics = Mapping[str, tuple[Array, Mapping[str, Array]]]
@@ -35,20 +35,7 @@ def pushed(duration: float = 0.5) -> tuple[xr.Dataset, Array]:
     attitudes half way to the next sample, too, the last one's as it is."""
     time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
     inputs = held_inputs(time)
-
-    def held(t: float) -> Array:
-        return np.asarray(inputs[int(np.searchsorted(time, t, side="right")) - 1])
-
-    scenario = ca.Scenario(
-        "held",
-        (0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.4, 0.5),
-        (0.2, 0.1, -0.1, 0.3, 0.2, -0.1, 0.5, 0.3),
-        force=lambda t: held(t)[:3],
-        moment=lambda t: held(t)[3:6],
-        bend_moment=lambda t: held(t)[6:],
-        jumps=tuple(time[1:-1]),
-        duration=duration,
-    )
+    scenario = held_scenario(time, inputs)
     fine = ca.simulate(true_vehicle(), scenario, sample=0.5 * SAMPLE, method="RK4", step=5e-4)
     attitude = fine["attitude"].to_numpy()
     halfway = ("time", "quaternion"), np.vstack([attitude[1::2], attitude[-1:]])
