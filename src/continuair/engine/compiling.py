@@ -151,9 +151,14 @@ def _build(module: Any, device: str, block: int) -> None:
         _keep_sums(_folder(module, block))
 
 
+def kind_of(device: str) -> str:
+    """Return the kind of a device: cpu or cuda."""
+    return device.split(":")[0]
+
+
 def block_of(device: str) -> int:
     """Return the threads per block of launches on a device, for which kernels are compiled."""
-    return _BLOCK[device.split(":")[0]]
+    return _BLOCK[kind_of(device)]
 
 
 def compiles(kernel: wp.Kernel) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from continuair.engine.adaptive import Launch, Tolerance
-from continuair.engine.compiling import load, load_together
+from continuair.engine.compiling import kind_of, load, load_together
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.engine.factory import Kernels, deviation, turning
 from continuair.engine.lanes import packs_of
@@ -177,7 +177,7 @@ class ControlledPairs(Pairs):
 
 def _blocks(runs: int, lanes: int, samples: int, models: int, engine: Engine) -> list[slice]:
     """Return blocks of runs: each fits into memory, and every thread gets several."""
-    kind = engine.device.split(":")[0]
+    kind = kind_of(engine.device)
     most = int(_BLOCK_BYTES[kind] / (8 * POSE * models * samples))
     if kind == "cpu" and engine.threads > 1:
         most = min(most, -(-runs // (_BLOCKS_PER_THREAD * engine.threads)))

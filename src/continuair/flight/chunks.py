@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from continuair.engine.compiling import kind_of
 from continuair.engine.engine import Engine
 from continuair.engine.lanes import packs_of
 from continuair.engine.pack import MOST_KEPT
@@ -47,7 +48,7 @@ def runs_at_once(flight: Flight, engine: Engine, signals_alone: bool = False) ->
 
     With their logs, of which every thread has some, or with their inputs alone.
     """
-    kind = _kind(engine)
+    kind = kind_of(engine.device)
     numbers = 1 if signals_alone else _NUMBERS_PER_SAMPLE * len(flight.marks.samples)
     numbers += _input_numbers(flight) + _followed_numbers(flight)
     size = max(1, min(flight.runs, int(_bytes_of_thread(kind, engine.threads) / (8 * numbers))))
@@ -59,7 +60,7 @@ def runs_at_once(flight: Flight, engine: Engine, signals_alone: bool = False) ->
 
 def cached_runs_at_once(samples: Array, runs: int, engine: Engine) -> int:
     """Return how many of some runs with steps of one length are simulated at once."""
-    kind = _kind(engine)
+    kind = kind_of(engine.device)
     size = max(1, int(CACHED[kind] / (8 * len(samples) * _NUMBERS_PER_SAMPLE)))
     if kind == "cpu":
         size = min(size, -(-runs // engine.threads))
@@ -69,10 +70,8 @@ def cached_runs_at_once(samples: Array, runs: int, engine: Engine) -> int:
 
 def working_bytes(flight: Flight, engine: Engine) -> float:
     """Return the memory that the simulation of a flight needs besides its results [bytes]."""
-    timed, size = (
-        _input_numbers(flight),
-        cached_runs_at_once(flight.marks.samples, flight.runs, engine),
-    )
+    timed = _input_numbers(flight)
+    size = cached_runs_at_once(flight.marks.samples, flight.runs, engine)
     if flight.scenario.force_callback is not None:
         size = flight.runs
     elif flight.counted:
@@ -87,16 +86,11 @@ def working_bytes(flight: Flight, engine: Engine) -> float:
     each += 8 * _COPIES * (timed + _followed_numbers(flight))
     # A function of time returns the rows of all runs; fixed steps sample it for many of them.
     inputs = (timed > 0) * min(threads * BYTES_AT_ONCE, 8.0 * _COPIES * timed * flight.runs)
-    inputs += (timed > 0) * (not flight.counted) * _COPIES * INPUT_BYTES[_kind(engine)]
+    inputs += (timed > 0) * (not flight.counted) * _COPIES * INPUT_BYTES[kind_of(engine.device)]
     vehicles = flight.vehicle.runs or 0
     kept = vehicles if vehicles <= MOST_KEPT else threads * size
     per_run = _BYTES_PER_RUN * flight.runs + _BYTES_PER_VEHICLE * vehicles
     return float(threads * size * each + inputs + per_run + _BYTES_OF_COEFFICIENTS * kept)
-
-
-def _kind(engine: Engine) -> str:
-    """Return "cpu" or "cuda"."""
-    return engine.device.split(":")[0]
 
 
 def _bytes_of_thread(kind: str, threads: int) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair.engine.adaptive import Inputs, Tolerance
+from continuair.engine.compiling import kind_of
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
@@ -168,7 +169,7 @@ class Flight:
         if not timed or at_start.shape[1] == 1:
             return self.runs
         bytes_per_run = 8 * at_start.shape[2] * len(stage_times(grid))
-        return max(1, int(INPUT_BYTES[self.coupled.device.split(":")[0]] / bytes_per_run))
+        return max(1, int(INPUT_BYTES[kind_of(self.coupled.device)] / bytes_per_run))
 
     def cohort(self, runs: NDArray[np.intp], grid: Grid) -> Cohort:
         """Return some runs over a time grid."""

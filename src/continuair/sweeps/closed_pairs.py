@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from continuair.analysis.metrics import at_camera, differences, feature_rms, norm_difference
+from continuair.engine.compiling import kind_of
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import share_at_limits, with_limited_command
 from continuair.flight.rollout import fly
@@ -48,7 +49,7 @@ def track(
     check: bool = False,
 ) -> Reduced:
     """Simulate each model's closed loop, in blocks of runs that fit into memory."""
-    kind = flight.coupled.device.split(":")[0]
+    kind = kind_of(flight.coupled.device)
     most = _BLOCK_BYTES[kind] / (_BYTES_PER_SAMPLE * len(flight.marks.samples))
     size = max(1, int(most))
     names = ("tip_position", "tip_attitude") + ("feature_error",) * bool(flight.scenario.targets)

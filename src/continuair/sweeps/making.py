@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import zarr
 
+from continuair.engine.compiling import kind_of
 from continuair.errors import InputError
 from continuair.files import printed, reason
 from continuair.sweeps.checksums import sealed
 from continuair.sweeps.design import Design, Variable
 from continuair.sweeps.hardware import machine
-from continuair.sweeps.store import FORMAT, METADATA, NEW, Store, is_store, kind, versions
+from continuair.sweeps.store import FORMAT, METADATA, NEW, Store, is_store, versions
 from continuair.sweeps.units import quantities, unit_size
 
 _ARRAYS = ("results", "done", "design")
@@ -129,7 +130,7 @@ def renew(path: Path, design: Design, device: str) -> None:
 def _is_of(design: Design, device: str, path: Path, new: Path) -> bool:
     """Return whether any unit at a path has the checksum that it would have in the new store."""
     size = unit_size(design, device)
-    store = Store(path, design, kind(device), size, _attributes(design, device, size))
+    store = Store(path, design, kind_of(device), size, _attributes(design, device, size))
     done = [int(unit) for unit in np.flatnonzero(store.done())]
     if not done:
         return _same(new / "results" / METADATA, path / "results" / METADATA)
@@ -208,7 +209,7 @@ def _attributes(design: Design, device: str, size: int) -> dict[str, Any]:
         "quantities": list(quantities(design)),
         "seed": design.base.seed,
         "unit_size": size,
-        "device": kind(device),
+        "device": kind_of(device),
         "machine": machine(),
         "versions": versions(),
     }

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from continuair.engine.compiling import kind_of
 from continuair.errors import InputError, shortened
 from continuair.files import DAMAGE, printed, reason
 from continuair.memory import check_memory
@@ -317,7 +318,7 @@ def _check_continued(
                 f"is {printed(path)}, which {name} {there[name]} began, but here is {here[name]}",
                 "install that version, or name another folder",
             )
-    if device is not None and attributes["device"] != kind(device):
+    if device is not None and attributes["device"] != kind_of(device):
         raise InputError(
             "out",
             (
@@ -340,11 +341,6 @@ def _design_of(path: Path, attributes: dict[str, Any]) -> Design:
 def versions() -> dict[str, str]:
     """Return the versions that results depend on."""
     return {name: version(name) for name in VERSIONS}
-
-
-def kind(device: str) -> str:
-    """Return the kind of a device: cpu or cuda."""
-    return device.split(":")[0]
 
 
 def _replace(path: Path, content: bytes) -> None:

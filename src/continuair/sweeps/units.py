@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from continuair.engine.compiling import kind_of
 from continuair.errors import InputError
 from continuair.flight.trajectory import COUNTED, ERROR_ESTIMATE, LARGEST_SATURATION
 from continuair.kernels.integrators import TSIT5
@@ -58,7 +59,7 @@ def unit_size(design: Design, device: str) -> int:
     """Return the runs per unit: the design's, or those of a few seconds of work."""
     if design.base.chunk is not None:
         return min(design.base.chunk, design.runs)
-    seconds = _SECONDS_PER_UNIT[device.split(":")[0]]
+    seconds = _SECONDS_PER_UNIT[kind_of(device)]
     # The quotient is infinite for a tiny duration.
     return max(1, int(min(seconds / design.base.scenario.duration, design.runs)))
 
