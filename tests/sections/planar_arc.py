@@ -20,7 +20,9 @@ from continuair.vehicle.section import Section
 class PlanarSection(Section):
     """A section of the kind."""
 
-    kind: ClassVar[str] = "planar arc"
+    @property
+    def kind(self) -> str:
+        return "planar arc"
 
     @property
     def coordinates(self) -> int:

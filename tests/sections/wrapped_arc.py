@@ -16,7 +16,9 @@ from continuair.vehicle.section import Section
 class WrappedSection(Section):
     """A section of the kind."""
 
-    kind: ClassVar[str] = "wrapped arc"
+    @property
+    def kind(self) -> str:
+        return "wrapped arc"
 
 
 @dataclass(frozen=True)

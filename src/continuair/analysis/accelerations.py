@@ -109,6 +109,9 @@ def accelerations(
     moment: ArrayLike | None = None,
     bend_moment: ArrayLike | None = None,
     tip_wrench: ArrayLike | None = None,
+    strain: ArrayLike | None = None,
+    strain_rate: ArrayLike | None = None,
+    strain_force: ArrayLike | None = None,
     gravity: float = 9.81,
     model: Model = "coupled",
     dtype: Literal["float64", "float32"] = "float64",
@@ -138,6 +141,15 @@ def accelerations(
         Generalised forces conjugate to the bend vectors [N m²].
     tip_wrench : array_like, shape (arms, 6), optional
         Force on each tip and moment about it, in world axes [N, N m].
+    strain : array_like, shape (M,), optional
+        Coordinates of all sections, in place of `bend` for arms with a section whose strain varies:
+        arm by arm, section by section, in a section by component (bend x, bend y, twist, stretch,
+        shear x, shear y; those that it has), in a component by order of the Legendre polynomial
+        [1/m; stretch and shear: -].
+    strain_rate : array_like, shape (M,), optional
+        Rates of `strain`.
+    strain_force : array_like, shape (M,), optional
+        Generalised forces conjugate to `strain` [N m²; stretch and shear: N m].
     gravity : float, optional
         Acceleration of gravity, along -z of the world [m/s²].
     model : {"coupled", "decoupled", "independent"}, default "coupled"
@@ -153,8 +165,8 @@ def accelerations(
         Acceleration dv/dt of B's origin in world axes [m/s²]; -gravity in free fall.
     omega_dot : ndarray, shape (3,)
         Angular acceleration in body axes [rad/s²].
-    k_dot_dot : ndarray, shape (N, 2)
-        Second derivatives of the bend vectors [1/(m s²)].
+    k_dot_dot : ndarray, shape (N, 2) or (M,)
+        Second derivatives of the bend vectors [1/(m s²)], or of `strain`.
 
     Raises
     ------
@@ -168,18 +180,21 @@ def accelerations(
     """
     gravity = _checked(vehicle, model, gravity, dtype, device)
     layout = vehicle.layout
-    per_section, per_arm = bend_vectors(np.zeros(layout.bends)).shape, (layout.arms, 6)
+    arcs, per_arm = layout.arcs, (layout.arms, 6)
+    per_section = bend_vectors(np.zeros(layout.bends)).shape if arcs else (layout.bends,)
+    of_arcs = {"bend": bend, "bend_rate": bend_rate, "bend_moment": bend_moment}
+    of_strain = {"strain": strain, "strain_rate": strain_rate, "strain_force": strain_force}
+    _check_unused(of_strain if arcs else of_arcs, of_arcs if arcs else of_strain)
+    used = dict(zip(of_arcs, (of_arcs if arcs else of_strain).items(), strict=True))
     given: dict[str, tuple[Any, tuple[int, ...]]] = {
         "attitude": (attitude, (4,)),
-        "bend": (bend, per_section),
         "velocity": (velocity, (3,)),
         "angular_velocity": (angular_velocity, (3,)),
-        "bend_rate": (bend_rate, per_section),
         "force": (force, (3,)),
         "moment": (moment, (3,)),
-        "bend_moment": (bend_moment, per_section),
         "tip_wrench": (tip_wrench, per_arm),
     }
+    given |= {name: (value, per_section) for name, value in used.values()}
     arrays = {name: _batch_of(name, *each) for name, each in given.items()}
     lengths = np.linalg.norm(arrays["attitude"], axis=1)
     if not (lengths > 0.0).all():
@@ -187,6 +202,7 @@ def accelerations(
     arrays["attitude"] = arrays["attitude"] / lengths[:, None]
     n = _runs(vehicle, arrays)
     states, inputs = np.zeros((n, layout.state)), np.zeros((1, n, layout.inputs))
+    arrays |= {column: arrays[name] for column, (name, _) in used.items()}
     for name in ("attitude", "bend", "velocity", "angular_velocity", "bend_rate"):
         states[:, getattr(layout, name)] = arrays[name]
     for name in ("force", "moment", "bend_moment", "tip_wrench"):
@@ -200,6 +216,15 @@ def accelerations(
     alone = n == 1 and not any(np.ndim(value) > len(one) for value, one in given.values())
     v, w, k = (each[0] for each in found) if alone and vehicle.runs is None else found
     return v, w, k
+
+
+def _check_unused(others: Mapping[str, Any], used: Mapping[str, Any]) -> None:
+    """Raise InputError for coordinates of arcs given for strain fields, or the other way round."""
+    for (name, value), instead in zip(others.items(), used, strict=True):
+        if value is not None:
+            raise InputError(
+                name, "does not describe the sections of this vehicle", f"give {instead} instead"
+            )
 
 
 def _checked(vehicle: Any, model: Any, gravity: Any, dtype: Any, device: Any) -> float:

@@ -2,9 +2,10 @@
 
 from continuair.sections.arc import Arc
 from continuair.sections.kind import SectionCode, SectionKind
+from continuair.sections.strain import StrainField
 from continuair.vehicle.section import Section
 
-KINDS: dict[str, type[SectionKind]] = {kind.name: kind for kind in (Arc,)}
+KINDS: dict[str, type[SectionKind]] = {kind.name: kind for kind in (Arc, StrainField)}
 
 
 def kind_of(section: Section) -> SectionKind:
@@ -39,4 +40,4 @@ def arcs(*sections: int) -> tuple[tuple[SectionKind, ...], ...]:
     return tuple((Arc(),) * count for count in sections)
 
 
-__all__ = ["KINDS", "Arc", "SectionCode", "SectionKind", "arcs", "kind_of"]
+__all__ = ["KINDS", "Arc", "SectionCode", "SectionKind", "StrainField", "arcs", "kind_of"]

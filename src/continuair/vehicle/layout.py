@@ -138,12 +138,15 @@ class Layout:
         Whether wind acts on the vehicle.
     energies : bool, default False
         Whether terms have a potential energy.
+    arcs : bool, default True
+        Whether all sections are arcs, with the paper's polar coordinates.
     """
 
     widths: tuple[tuple[int, ...], ...]
     rotors: int = 0
     air: bool = False
     energies: bool = False
+    arcs: bool = True
 
     position = slice(0, 3)
     attitude = slice(3, 7)

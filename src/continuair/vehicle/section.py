@@ -10,16 +10,19 @@ import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from continuair.errors import InputError
-from continuair.vehicle import arc
 from continuair.vehicle.disk import Disk, disks_of
-from continuair.vehicle.fields import ROUNDING, Name, NotNegative, Part, Positive
+from continuair.vehicle.fields import ROUNDING, Count, Finite, Name, NotNegative, Part, Positive
 from continuair.vehicle.slips import radius_remedy
+from continuair.vehicle.strain import CONSTANT, Orders, Strain
 
 DRAG_NODES, DRAG_WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Gauss-Legendre nodes and weights on [-1, 1] by which the drag of a section is integrated."""
 
 EITHER = {"youngs_modulus": "bending_stiffness", "density": "mass_per_length"}
 """Property of the rod's material -> property of the section that can replace it."""
+
+MOST_NODES = 16
+"""Most nodes of a section whose strain varies."""
 
 _OF_LIST = "belongs to an arm of a list; write [[arm]], with its sections as [[arm.section]]"
 
@@ -33,10 +36,7 @@ class Section(Part):
     same bits alone and in a batch, and on every processor.
     """
 
-    kind: ClassVar[str] = "arc"
-
     refused: ClassVar[Mapping[str, str]] = {
-        "poisson_ratio": "is not needed, because bending alone does not use it; leave it out",
         "tendons": "are not simulated yet; leave the tables out, and give bend moments directly",
         **dict.fromkeys(("section", "mount", "attitude", "tip"), _OF_LIST),
     }
@@ -75,6 +75,17 @@ class Section(Part):
     drag_coefficient: NotNegative | None = None
     """the drag coefficient of the round backbone in air that flows across it [-]"""
 
+    strain: Strain | None = None
+    """how bend, twist, stretch and shear vary along the section, a table of orders; by default
+    bending = 0, a constant curvature"""
+
+    nodes: Count | None = None
+    """the number of nodes at which a strain that varies is integrated, by default 6 for linear
+    bending, 2 more per order, and 2 more with twist"""
+
+    poisson_ratio: Finite | None = None
+    """Poisson's ratio of the backbone, which twist and shear need [-]"""
+
     kappa_s: NotNegative = 1e-3
     """the curvature below which generalised inputs in polar coordinates use kappa_s in place of
     the curvature they are divided by; Remark 1, Amiri et al. [1/m]"""
@@ -107,6 +118,7 @@ class Section(Part):
                 "is missing, which drag_coefficient needs",
                 "give the backbone's radius [m]",
             )
+        self._check_strain()
         self._check_frequency()
         if self.given_radius is not None and self.radius > self.length / 2:
             raise InputError(
@@ -137,6 +149,43 @@ class Section(Part):
                     ),
                 )
 
+    def _check_strain(self) -> None:
+        """Raise InputError for a strain field without room, or without what its rigidities need."""
+        if self.kind == "arc":
+            for name in ("nodes", "poisson_ratio"):
+                if getattr(self, name) is not None:
+                    raise InputError(
+                        name,
+                        "is not used by a section of constant curvature",
+                        "leave it out, or give the section a strain with higher orders",
+                    )
+            return
+        orders = self.orders
+        if self.nodes is not None and not orders.least_nodes <= self.nodes <= MOST_NODES:
+            raise InputError(
+                "nodes",
+                f"is {self.nodes}, but {orders.least_nodes} to {MOST_NODES} are possible here",
+                "give a number in that range, or leave it out",
+            )
+        if self.poisson_ratio is None and (orders.twist is not None or orders.shear is not None):
+            raise InputError(
+                "poisson_ratio",
+                "is missing, which twist and shear need",
+                "give Poisson's ratio of the backbone, 0.5 for rubber and about 0.3 for metals",
+            )
+        if self.poisson_ratio is not None and not -1.0 < self.poisson_ratio <= 0.5:
+            raise InputError(
+                "poisson_ratio",
+                f"is {self.poisson_ratio}, but must be above -1 and at most 0.5",
+                "give Poisson's ratio of the backbone, 0.5 for rubber and about 0.3 for metals",
+            )
+        if self.given_radius is None and (orders.stretch is not None or orders.shear is not None):
+            raise InputError(
+                "radius",
+                "is missing, which stretch and shear need",
+                "give the radius of the round, solid backbone [m]",
+            )
+
     def _check_frequency(self) -> None:
         """Raise InputError if mass or stiffness underflows or overflows in floating point."""
         try:
@@ -158,7 +207,39 @@ class Section(Part):
     @property
     def coordinates(self) -> int:
         """Return the number of the section's coordinates."""
-        return arc.COORDINATES
+        return len(self.orders.coordinates)
+
+    @property
+    def kind(self) -> str:
+        """Return the name of the section's kind: "arc" for constant curvature, else "strain"."""
+        return "arc" if self.orders == CONSTANT else "strain"
+
+    @property
+    def polar(self) -> bool:
+        """Return whether the coordinates are a bend vector, with polar coordinates κ and ψa."""
+        return self.orders == CONSTANT
+
+    @property
+    def orders(self) -> Orders:
+        """Return the orders of the section's strain."""
+        return CONSTANT if self.strain is None else self.strain.orders
+
+    @property
+    def node_count(self) -> int:
+        """Return the number of nodes at which a strain that varies is integrated."""
+        return self.nodes or self.orders.nodes
+
+    @property
+    def rigidities(self) -> tuple[float, ...]:
+        """Return stiffness of each component of the strain: E I twice, G J, E A and G A twice.
+
+        It is 0 for components that are left out. [N m², N m², N m², N, N, N]
+        """
+        bending, orders = self.bending_stiffness, self.orders
+        softer = 0.0 if self.poisson_ratio is None else 1.0 / (1.0 + self.poisson_ratio)
+        stretch = 0.0 if orders.stretch is None else 4.0 * bending / (self.radius * self.radius)
+        shear = 0.0 if orders.shear is None else 2.0 * softer * bending / (self.radius * self.radius)
+        return bending, bending, softer * bending, stretch, shear, shear
 
     @property
     def radius(self) -> float:

@@ -189,7 +189,9 @@ class Vehicle(Part):
     @property
     def layout(self) -> Layout:
         """Return the columns of coordinates, of states without rotor speeds, and of inputs."""
-        return Layout(tuple(tuple(part.coordinates for part in arm.section) for arm in self.arms))
+        widths = tuple(tuple(part.coordinates for part in arm.section) for arm in self.arms)
+        arcs = all(part.polar for arm in self.arms for part in arm.section)
+        return Layout(widths, arcs=arcs)
 
     @property
     def camera_arm(self) -> int:

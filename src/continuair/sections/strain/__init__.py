@@ -1,0 +1,242 @@
+"""The section with a strain field: bend, twist, stretch and shear that vary along the arm.
+
+Each component of the strain is a Legendre series along the section (orders.py). After F. Renda et
+al., IEEE RA-L 5(3), 2020, and F. Boyer et al., IEEE T-RO 37(3), 2021; the frames are found by
+collocation at the Gauss nodes of the section's own mass (nodes.py, field.py, element.py).
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar, Self
+
+import numpy as np
+import warp as wp
+
+from continuair.device.numbers import Numbers, holding
+from continuair.device.types import MAX_BEND_ANGLE, Tree, device_types
+from continuair.sections.kind import SectionCode, SectionKind
+from continuair.sections.strain.element import BODIES, element_code
+from continuair.sections.strain.nodes import gathered, integration
+from continuair.vehicle.strain import COMPONENTS, Orders
+from continuair.sections.strain.place import place_code
+from continuair.typing import Array
+from continuair.vehicle.runs import per_run
+from continuair.vehicle.section import Section
+
+
+@dataclass(frozen=True)
+class StrainField(SectionKind):
+    """A section whose strain is a polynomial along the arm.
+
+    Kernels hold bend and twist in units of 1/l, stretch and shear as they are.
+
+    Parameters
+    ----------
+    coordinates : int
+        Number of coordinates.
+    orders : Orders
+        Orders of the components.
+    nodes : int
+        Number of nodes.
+    """
+
+    orders: Orders = Orders(0)
+    nodes: int = 6
+
+    name: ClassVar[str] = "strain"
+
+    @property
+    def rows(self) -> int:  # type: ignore[override]
+        """Return the rows of the table: integrals to each node and the end, and bodies."""
+        return self.nodes + 1 + len(BODIES)
+
+    @property
+    def columns(self) -> int:  # type: ignore[override]
+        """Return the columns of the table, one per node."""
+        return self.nodes
+
+    @classmethod
+    def of(cls, section: Section) -> Self:
+        """Return the kind of a section.
+
+        Parameters
+        ----------
+        section : Section
+            A section with a strain field.
+
+        Returns
+        -------
+        StrainField
+            The kind.
+        """
+        return cls(section.coordinates, section.orders, section.node_count)
+
+    def units(self, section: Section, runs: int) -> Array:
+        """Return l [m] for bend and twist, and 1 for stretch and shear.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (runs, coordinates).
+        """
+        out = np.ones((runs, self.coordinates))
+        out[:, : self.orders.turning] = per_run(section.length, runs)[:, None]
+        return out
+
+    def natural(self, section: Section, runs: int) -> Array:
+        """Return 1/l for bend and twist, and 1 for stretch and shear.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (runs, coordinates).
+        """
+        return 1.0 / self.units(section, runs)
+
+    def stiffness(self, section: Section, runs: int) -> Array:
+        """Return the elastic force per coordinate: E I l/(2p + 1) of the bend of order p.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (runs, coordinates).
+        """
+        length = per_run(section.length, runs)
+        rigidities = section.rigidities
+        each = [
+            per_run(rigidities[component], runs) * length / (2 * order + 1)
+            for component, order in self.orders.coordinates
+        ]
+        return np.stack(each, axis=1)
+
+    def damping(self, section: Section, runs: int) -> Array:
+        """Return the damping force per rate, in proportion to the stiffness.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (runs, coordinates).
+        """
+        time = per_run(section.structural_damping, runs) / per_run(section.bending_stiffness, runs)
+        return time[:, None] * self.stiffness(section, runs)
+
+    def table(self, section: Section, runs: int, at: slice) -> Array:
+        """Return the integration matrices and the bodies at the nodes.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+        at : slice
+            The requested runs.
+
+        Returns
+        -------
+        ndarray
+            Of shape (n, rows, columns).
+        """
+        length = per_run(section.length, runs)[at]
+        densities = (
+            section.mass_per_length,
+            section.transverse_inertia_per_length,
+            section.axial_inertia_per_length,
+        )
+        backbone = np.stack([per_run(each, runs)[at] * length for each in densities], axis=1)
+        disks = np.empty((len(length), len(section.disks), 4))
+        for index, disk in enumerate(section.disks):
+            values = (disk.position, disk.mass, disk.transverse_inertia, disk.axial_inertia)
+            for column, value in enumerate(values):
+                disks[:, index, column] = per_run(value, runs)[at]
+        disks[..., 0] /= length[:, None]
+        nodes, bodies = gathered(self.nodes, backbone, disks)
+        out = np.zeros((len(length), self.rows, self.columns))
+        out[:, : self.nodes + 1] = integration(nodes)
+        out[:, self.nodes + 1] = nodes
+        out[:, self.nodes + 2 : self.nodes + 5] = np.swapaxes(bodies, 1, 2)
+        out[:, self.nodes + 5] = length[:, None]
+        return out
+
+    def device(self, numbers: Numbers, tree: Tree, section: int) -> SectionCode:
+        """Return the device code of a section; equal arguments return the same object.
+
+        Parameters
+        ----------
+        numbers : Numbers
+            Precision and lanes of device code.
+        tree : Tree
+            The arms.
+        section : int
+            Index of the section among all sections of the tree.
+
+        Returns
+        -------
+        SectionCode
+            The code.
+        """
+        return _device(numbers, tree, self.orders, self.nodes, section)
+
+
+@cache
+def _device(
+    numbers: Numbers, tree: Tree, orders: Orders, nodes: int, section: int
+) -> SectionCode:
+    of = numbers, tree, orders, nodes, section
+    of_element, of_place = element_code(*of), place_code(*of)
+    types, layout = device_types(numbers, tree), tree.layout
+    Real, State, B = types.Real, types.State, layout.bend_of(section).start
+    share = Real(1.0 / MAX_BEND_ANGLE)
+    of_component = np.cumsum((0, *orders.counts))
+
+    def range_of(component: int) -> Any:
+        """Return the function that bounds |strain| of a component, along the section."""
+        first, last = int(of_component[component]), int(of_component[component + 1])
+
+        @wp.func
+        def bound(y: State):
+            found = Real(0.0)
+            for c in range(first, last):
+                found += wp.abs(y[B + c])
+            return found
+
+        return bound
+
+    bend_x, bend_y, twist, stretch, _, _ = map(range_of, range(len(COMPONENTS)))
+
+    @wp.func
+    def bent(y: State):
+        """Return the larger of |κ|² l² over that of a full circle, and the stretch."""
+        x, y_bend, turn = share * bend_x(y), share * bend_y(y), share * twist(y)
+        return wp.max(x * x + y_bend * y_bend + turn * turn, stretch(y))
+
+    found = vars(of_element) | vars(of_place) | locals()
+    return holding(SectionCode, found)

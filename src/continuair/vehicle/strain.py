@@ -1,0 +1,144 @@
+"""Coordinates of a section with a strain field: Legendre coefficients of each component.
+
+Strains per length, in the axes of the cross-section, whose normal is its z: turning
+κ = (b_y, -b_x, -τ) and advance ε = (γ_x, γ_y, -(1 + e)). Each component that varies is
+Σ_p P_p(s/l) q_p with shifted Legendre polynomials P_p.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.polynomial import legendre
+from pydantic import model_validator
+
+from continuair.errors import InputError
+from continuair.typing import Array
+from continuair.vehicle.fields import Part, Whole
+
+COMPONENTS = ("bend_x", "bend_y", "twist", "stretch", "shear_x", "shear_y")
+"""Names of the components, in the order of the coordinates."""
+
+_TURNING = 3
+"""The first components turn the cross-section, the others move it."""
+
+
+@dataclass(frozen=True)
+class Orders:
+    """Orders of the polynomials of a section's strain; None for a component that is left out.
+
+    Parameters
+    ----------
+    bending : int
+        Order of both components of the bend.
+    twist, stretch, shear : int, optional
+        Orders of the twist, of the stretch, and of both components of the shear.
+    """
+
+    bending: int
+    twist: int | None = None
+    stretch: int | None = None
+    shear: int | None = None
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """Return the number of coefficients of each of `COMPONENTS`."""
+        bending, twist, stretch, shear = (
+            0 if order is None else order + 1
+            for order in (self.bending, self.twist, self.stretch, self.shear)
+        )
+        return bending, bending, twist, stretch, shear, shear
+
+    @cached_property
+    def coordinates(self) -> tuple[tuple[int, int], ...]:
+        """Return the component, by its index, and the order of each coordinate."""
+        return tuple((c, p) for c, count in enumerate(self.counts) for p in range(count))
+
+    @property
+    def turning(self) -> int:
+        """Return the number of coordinates that turn the cross-section: the first ones."""
+        return sum(self.counts[:_TURNING])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the coordinates, such as bend_x_0 and twist_1."""
+        return tuple(f"{COMPONENTS[c]}_{p}" for c, p in self.coordinates)
+
+    @property
+    def highest(self) -> int:
+        """Return the highest order of the components that turn the cross-section."""
+        return max(self.counts[:_TURNING]) - 1
+
+    @property
+    def least_nodes(self) -> int:
+        """Return the fewest nodes at which the coordinates of a component are independent."""
+        return max(self.counts) + 1
+
+    @property
+    def nodes(self) -> int:
+        """Return the number of nodes that suffices for bends of up to half a circle: 6 for linear
+        bending, 2 more per order, and 2 for twist."""
+        return 4 + 2 * max(self.highest, 1) + 2 * (self.twist is not None)
+
+
+CONSTANT = Orders(0)
+"""Bending that is constant along the section, as of an arc."""
+
+
+def polynomials(count: int, shares: Array) -> Array:
+    """Return the first shifted Legendre polynomials.
+
+    Parameters
+    ----------
+    count : int
+        Number of polynomials, of orders 0, 1, …
+    shares : ndarray
+        Arc lengths over the length, from 0 to 1, of any shape.
+
+    Returns
+    -------
+    ndarray
+        Of shape (\\*shares.shape, count).
+    """
+    return np.asarray(legendre.legvander(2.0 * shares - 1.0, max(count - 1, 0))[..., :count])
+
+
+_HIGHEST = {"bending": 3, "twist": 2, "stretch": 1, "shear": 1}
+
+
+class Strain(Part):
+    """How the strain of a section varies along it: the order of the polynomial of each component.
+
+    Order 0 is constant along the section, 1 linear. Bending of order 0 alone is the section of
+    constant curvature. A component that is left out is rigid.
+    """
+
+    bending: Whole = 0
+    """the order of the bend, in both directions, 0 to 3"""
+
+    twist: Whole | None = None
+    """the order of the twist about the backbone, 0 to 2"""
+
+    stretch: Whole | None = None
+    """the order of the stretch, 0 or 1; needs the implicit method"""
+
+    shear: Whole | None = None
+    """the order of the shear, in both directions, 0 or 1; needs the implicit method"""
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        for name, highest in _HIGHEST.items():
+            order = getattr(self, name)
+            if order is not None and order > highest:
+                raise InputError(
+                    name, f"is {order}, above the highest order {highest}", "give a lower order"
+                )
+        return self
+
+    @property
+    def orders(self) -> Orders:
+        """Return the orders."""
+        return Orders(self.bending, self.twist, self.stretch, self.shear)
