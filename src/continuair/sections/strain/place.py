@@ -10,10 +10,10 @@ from typing import Any
 
 import warp as wp
 
-from continuair.device.numbers import Numbers, holding, number_code
+from continuair.device.numbers import Numbers, holding
 from continuair.device.types import Tree, device_types
 from continuair.sections.kind import section_types
-from continuair.sections.strain.field import field_code
+from continuair.sections.strain.native import place_text
 from continuair.sections.strain.nodes import gauss, integration
 from continuair.vehicle.strain import Orders
 
@@ -32,22 +32,11 @@ class PlaceCode:
 @cache
 def place_code(numbers: Numbers, tree: Tree, orders: Orders, nodes: int, section: int) -> PlaceCode:
     """Return the functions for one kind of numbers and a section of a tree."""
-    types, field = device_types(numbers, tree), field_code(numbers, tree, orders, nodes)
-    n, turning = len(orders.coordinates), orders.turning
+    types, n = device_types(numbers, tree), len(orders.coordinates)
     own = section_types(numbers, tree, n)
-    Columns, Coordinates, Cell = own.Columns, own.Coordinates, number_code(numbers).Cell
+    Columns, Coordinates = own.Columns, own.Coordinates
     Real, State, Plant, vec3, quat = types.Real, types.State, types.Plant, types.vec3, types.quat
-    series_of, axes_at, advance_of = field.series_of, field.axes_at, field.advance_of
-    turning_columns, moving_columns = field.turning_columns, field.moving_columns
-    Turns, Moves, moving = field.Turns, field.Moves, n - turning
-    Three = wp.types.matrix((nodes, 3), Real)
-    TurnsAtNodes = wp.types.matrix((nodes, Turns._length_), Real)
-    Weights, Integrals = wp.types.vector(nodes, Cell), wp.types.matrix((nodes, nodes), Cell)
     points, weights = gauss(nodes)
-    at_nodes, weight, to_nodes = (
-        Weights(*points), Weights(*weights), Integrals(*integration(points)[:-1].ravel()),
-    )  # fmt: skip
-    one, two = Real(1.0), Real(2.0)
     length_at = types.layout.of_section[section].start
     B = types.layout.bend_of(section).start
     DB = types.layout.bend_rate_of(section).start
@@ -62,47 +51,19 @@ def place_code(numbers: Numbers, tree: Tree, orders: Orders, nodes: int, section
         W: Columns
         rates: Coordinates
 
+    @wp.func_native(place_text(orders, nodes, points, weights, integration(points)[:-1]))
+    def fill(out: wp.ref[Place], q: Coordinates, length: Real, share: Real): ...
+
     @wp.func
     def place(y: State, plant: Plant, share: Real):
         out = Place()
         q = Coordinates()
+        rates = Coordinates()
         for c in range(n):
             q[c] = y[B + c]
-            out.rates[c] = y[DB + c]
-        series = series_of(q)
-        base = wp.quat_inverse(axes_at(series, -one))
-        out.turn = base * axes_at(series, two * share - one)
-        scale = share * plant.unit[length_at]
-        advance = Three()
-        turns = TurnsAtNodes()
-        moved = Moves()
-        count = wp.int32(nodes)
-        for i in range(count):
-            at = two * share * Real(at_nodes[i]) - one
-            R = wp.quat_to_matrix(base * axes_at(series, at))
-            x_axis = vec3(R[0, 0], R[1, 0], R[2, 0])
-            y_axis = vec3(R[0, 1], R[1, 1], R[2, 1])
-            z_axis = vec3(R[0, 2], R[1, 2], R[2, 2])
-            t = scale * advance_of(q, at, x_axis, y_axis, z_axis)
-            advance[i] = t
-            out.point += Real(weight[i]) * t
-            turns[i] = share * turning_columns(at, x_axis, y_axis, z_axis)
-            if wp.static(moving > 0):
-                moved += (Real(weight[i]) * scale) * moving_columns(at, x_axis, y_axis, z_axis)
-        for i in range(count):
-            p = vec3()
-            for k in range(count):
-                p += Real(to_nodes[i, k]) * vec3(advance[k, 0], advance[k, 1], advance[k, 2])
-            lever = Real(weight[i]) * (out.point - p)
-            for c in range(turning):
-                turn = vec3(turns[i, 3 * c], turns[i, 3 * c + 1], turns[i, 3 * c + 2])
-                swept = wp.cross(turn, lever)
-                for j in range(3):
-                    out.P[j, c] = out.P[j, c] + swept[j]
-                    out.W[j, c] = out.W[j, c] + Real(weight[i]) * turn[j]
-        for c in range(moving):
-            for j in range(3):
-                out.P[j, turning + c] = moved[3 * c + j]
+            rates[c] = y[DB + c]
+        fill(out, q, plant.unit[length_at], share)
+        out.rates = rates
         return out
 
     @wp.func
