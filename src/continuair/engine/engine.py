@@ -21,6 +21,7 @@ from continuair.engine.rows import adjacent, forget_unreached
 from continuair.engine.term_checks import check_terms
 from continuair.engine.uncompiled import MOST_SAMPLES, few_columns, few_rates
 from continuair.errors import InputError, shown
+from continuair.kernels.dynamics import PARTLY_COUPLED, WITHOUT
 from continuair.vehicle.layout import width_of
 from continuair.vehicle.vehicle import Vehicle
 
@@ -116,12 +117,14 @@ class Engine:
         method: str = "RK4",
     ) -> None:
         start_warp()
-        self.vehicle, self.model, self.method = vehicle, model, method
+        omitted = WITHOUT.get(model)
+        self.vehicle, self.method = vehicle, method
+        self.model = model if omitted is None else PARTLY_COUPLED
         self.tree = tree_of(vehicle)
         if vehicle.terms:
             check_terms(self.tree)
         self.layout = self.tree.layout
-        self.kernels = kernels(precision, self.tree, model, method=method)
+        self.kernels = kernels(precision, self.tree, self.model, method=method)
         self.dtype: np.dtype[Any] = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
@@ -129,6 +132,9 @@ class Engine:
             self.plants: Array = beside.plants
         else:
             self.plants = pack_plants(vehicle, self.kernels.types.Plant)
+        if omitted is not None:
+            self.plants = self.plants.copy()
+            self.plants["omitted"][:, omitted] = 1.0
         own = Coefficients(vehicle, self.threads) if beside is None else beside.coefficients
         self.coefficients: Coefficients = own
         self.observed = self.layout.observed
