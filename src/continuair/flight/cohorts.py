@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -66,15 +66,19 @@ class Cohort:
         sampled = of(self.at_samples) if observe else None
         return replace(self, runs=self.runs[at], drive=of(self.drive), sampled=sampled)
 
-    def fly(self, engine: Engine, observe: bool, among: int = 0) -> Logs:
-        """Simulate these runs with one model; among: the runs of the whole flight."""
-        at_samples = self.at_samples if observe else None
+    def fly(self, engine: Engine, names: Collection[str] = (), among: int = 0) -> Logs:
+        """Simulate these runs with one model, and observe the named columns.
+
+        among: the runs of the whole flight.
+        """
+        at_samples = self.at_samples if names else None
         return engine.roll_out(
             self.runs,
             self.start,
             self.grid,
             self.drive,
             at_samples=at_samples,
+            names=names,
             loop=self.loop,
             among=among,
         )

@@ -95,15 +95,13 @@ def _record(recorder: Recorder, runs: NDArray[np.intp], among: int | None = None
         adaptive.record(recorder, runs, among)
         return
     engine = flight.engine(recorder.model, recorder.dtype)
-    observe = recorder.observes
+    names = recorder.observed
     alone = engine.on_one_thread()
     for cohort in flight.parts(runs):
         size = chunks.cached_runs_at_once(cohort.grid.samples, len(cohort.runs), engine)
         alone.load_rollout(cohort.loop, size)
         parts = (
-            cohort.part(slice(first, first + size), observe)
+            cohort.part(slice(first, first + size), bool(names))
             for first in range(0, len(cohort.runs), size)
         )
-        engine.side_by_side(
-            lambda part: recorder.keep(part, part.fly(alone, observe, among)), parts
-        )
+        engine.side_by_side(lambda part: recorder.keep(part, part.fly(alone, names, among)), parts)
