@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,13 +93,15 @@ def launch_of(
 def _inputs(flight: Flight, runs: NDArray[np.intp]) -> Inputs:
     """Return the inputs of some runs; small ones are kept for other models and finer flights."""
     kept, key = flight.kept_inputs, runs.tobytes()
-    if key in kept:
-        return kept[key]
-    layout = flight.coupled.layout
-    found = inputs_of(flight.scenario, flight.duration, layout, flight.groups, runs, flight.runs)
-    if sum(each.nbytes for each in kept.values()) + found.nbytes < _KEPT:
-        kept[key] = found
-    return found
+    # Several models fly at the same time: one of them makes the inputs of all.
+    with flight.making_inputs.setdefault(key, Lock()):
+        if key in kept:
+            return kept[key]
+        of = flight.scenario, flight.duration, flight.coupled.layout, flight.groups
+        found = inputs_of(*of, runs, flight.runs)
+        if sum(each.nbytes for each in [*kept.values()]) + found.nbytes < _KEPT:
+            kept[key] = found
+        return found
 
 
 def record(recorder: Recorder, runs: NDArray[np.intp], among: int) -> None:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +92,8 @@ class Flight:
     runs: their number; batched: whether results have a dimension for them. start: of all runs;
     steps: of each run (runs,) [s], NaN if adaptive; marks: times at which steps end. coupled: an
     engine of that model, which others share data with. method: "Tsit5", "RK4" or "implicit";
-    tolerance: of adaptive steps; kept_inputs: by the runs that they act on.
+    tolerance: of adaptive steps; kept_inputs: by the runs that they act on;
+    making_inputs: held while they are made.
     """
 
     vehicle: Vehicle
@@ -107,6 +109,7 @@ class Flight:
     method: str
     tolerance: Tolerance | None = None
     kept_inputs: dict[bytes, Inputs] = field(default_factory=dict)
+    making_inputs: dict[bytes, Lock] = field(default_factory=dict)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
 
