@@ -23,7 +23,7 @@ from continuair.kernels.dynamics import REFERENCE, SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import without_rotors
-from continuair.studies.advise.excitations import attribute, excite, missed
+from continuair.studies.advise.excitations import attribute, compile_all, excite, missed
 from continuair.studies.advise.frequencies import LONGEST, hovering
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.own_law import check_own, own_loop
@@ -212,6 +212,8 @@ def varied(vehicle: Vehicle) -> str:
 def _excitations(
     vehicle: Vehicle, names: Sequence[str], tolerance: float, loop: Loop, steps: Steps
 ) -> dict[str, Any]:
+    if names:
+        compile_all(vehicle, loop)
     """Return the findings of each excitation, with the coupling that causes its error."""
     found: dict[str, Any] = {}
     for name in names:
