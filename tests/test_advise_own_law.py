@@ -10,7 +10,7 @@ import continuair as ca
 import continuair.cli as cli
 from continuair.controllers.gain_files import load_gains
 from continuair.scenario.tracking_task import SETTINGS, equipped
-from continuair.studies.advise import excitations, frequencies, study, tracking
+from continuair.studies.advise import excitations, frequencies, step_cost, study, tracking
 from continuair.studies.advise.excitations import excite
 from continuair.studies.advise.own_law import own_loop
 from continuair.studies.advise.report import as_table
@@ -32,7 +32,7 @@ def mine(goal: float = 0.0, rate: float = 3.0) -> ca.Controller:
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(frequencies, "SCAN", np.array([0.4, 0.5, 0.8]))
     monkeypatch.setattr(excitations, "REFINED", 1)
-    monkeypatch.setattr(study, "step_cost", lambda _: {"decoupled": 1.1, "independent": 0.6})
+    monkeypatch.setattr(study, "step_cost", lambda *_: {"decoupled": 1.1, "independent": 0.6})
 
 
 @pytest.mark.long
@@ -123,7 +123,7 @@ def test_a_tenth_of_a_steps_time_is_a_reason(ratio: float, reason: bool) -> None
 def test_a_controller_that_looks_tracks_in_place_of_gains(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tracking, "SCANNED", 2)
     monkeypatch.setattr(tracking, "REFINED", 1)
-    monkeypatch.setattr(study, "step_cost", lambda _: {"decoupled": 0.5, "independent": 0.4})
+    monkeypatch.setattr(study, "step_cost", lambda *_: {"decoupled": 0.5, "independent": 0.4})
     gains = load_gains("paper")
     of_gains = ca.advise(VEHICLE, ["track:L"], gains=gains)
     controller = gains.controller(equipped(VEHICLE, SETTINGS["nominal"]))
@@ -161,7 +161,7 @@ def test_a_controller_that_no_task_flies_is_refused_in_a_sentence(
 
 def test_the_time_of_a_step_is_that_of_a_flight_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """The independent model's step is far shorter, which what prepares a flight would hide."""
-    monkeypatch.setattr(study, "_REPEATS", 3)
-    cost = study.step_cost(VEHICLE)
+    monkeypatch.setattr(step_cost, "_REPEATS", 3)
+    cost = step_cost.step_cost(VEHICLE)
     assert set(cost) == {"decoupled", "independent"}
     assert 0.0 < cost["independent"] < min(1.0, cost["decoupled"])

@@ -13,7 +13,8 @@ import xarray as xr
 import continuair as ca
 from amiri2026 import open_loop_test
 from continuair.analysis import adjoint
-from continuair.analysis.adjoint import OF_STATE, OF_TIPS
+from continuair.analysis.adjoint import OF_STATE
+from continuair.vehicle.layout import OF_TIPS
 from tests.refusals import refused
 from tests.test_hard_flights import released
 

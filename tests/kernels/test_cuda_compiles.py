@@ -34,6 +34,7 @@ KERNELS: dict[str, Callable[[], Any]] = {
     "decoupled rates": lambda: kernels("float64", ONE, "decoupled").derivative,
     "independent rates": lambda: kernels("float64", ONE, "independent").derivative,
     "observed quantities": lambda: kernels("float64", ONE, "coupled").observe,
+    "tips": lambda: kernels("float64", ONE, "coupled").tips,
     "closed loop": lambda: (
         closed_loop(made_law(law, "float64", ONE, 4), "coupled", Closing()).rollout
     ),
@@ -43,7 +44,7 @@ KERNELS: dict[str, Callable[[], Any]] = {
     "two arms, one of two sections": lambda: kernels("float64", ARMS, "coupled").rollout,
     "what the camera sees": lambda: watching("float64", ONE, 4)[0],
     "rotors, drag and wash": lambda: kernels("float64", FURNISHED, "coupled").rollout,
-    "thrusts": lambda: kernels("float64", FURNISHED, "coupled").observers[1],
+    "thrusts": lambda: kernels("float64", FURNISHED, "coupled").observers(["rotor_thrust"])[0],
 }
 
 

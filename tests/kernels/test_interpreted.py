@@ -138,3 +138,18 @@ def test_code_that_has_no_translation_says_so() -> None:
 
     with pytest.raises(NotInterpreted):
         interpreted(noise)(3)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_columns_along_a_log_are_the_same_alone_and_with_all_others(model: str) -> None:
+    engine = Engine(EVERYTHING, model)
+    start, _ = moved(engine, 3)
+    rows = np.zeros((1, 3, engine.layout.log))
+    rows[0, :, : engine.layout.state] = start.states
+    rows[0, :, engine.layout.branch] = start.angle[:, : engine.layout.bends // 2].repeat(2, axis=1)
+    still = Drive(np.zeros((1, 1, engine.layout.inputs)), False, 0, 9.81)
+    together = engine.observe(rows, still, engine.observed)
+    assert np.isfinite(together).all()
+    for name, columns in engine.observed.items():
+        alone = engine.observe(rows, still, [name])
+        np.testing.assert_array_equal(alone[..., columns], together[..., columns])

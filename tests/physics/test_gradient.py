@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import continuair as ca
-from continuair.analysis.adjoint import OF_STATE, OF_TIPS, flown, of_rotation, sweep
+from continuair.analysis.adjoint import OF_STATE, flown, of_rotation, sweep
 from continuair.analysis.linear import _perturbed
 from continuair.engine import tangents as packing
 from continuair.engine.engine import Start
@@ -20,7 +20,7 @@ from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import tangents_of
 from continuair.flight.prepare import prepare
 from continuair.flight.rollout import fly
-from continuair.vehicle.layout import GENERAL, TIP
+from continuair.vehicle.layout import GENERAL, OF_TIPS, TIP
 
 Array = np.ndarray
 

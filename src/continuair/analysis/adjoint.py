@@ -24,13 +24,10 @@ from continuair.flight.cohorts import Cohort, Flight
 from continuair.flight.trajectory import Recorder
 from continuair.kernels.slopes import tip_columns
 from continuair.typing import Array
-from continuair.vehicle.layout import GENERAL, TIP, Layout, width_of
+from continuair.vehicle.layout import GENERAL, OF_TIPS, TIP, Layout, width_of
 
 OF_STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
 """Variables of a trajectory that form the state; velocity in body axes."""
-
-OF_TIPS = tuple(tip_columns(1))
-"""Variables of a trajectory that follow from a state and the vehicle."""
 
 _AT_ONCE = 2048
 """Number of steps whose derivatives are in memory at once."""
@@ -73,7 +70,7 @@ def flown(flight: Flight, model: str) -> Flown:
         cohort.runs, cohort.start, replace(grid, samples=ends, sample_after=each), cohort.drive
     )
     at_samples = np.ascontiguousarray(logs.log[:, samples])
-    observed = engine.observe(at_samples, cohort.at_samples)
+    observed = engine.observe(at_samples, cohort.at_samples, OF_TIPS)
     recorder = Recorder(flight, model, (*OF_STATE, *OF_TIPS), "float64")
     kept = Logs(at_samples, logs.status, logs.last_step, logs.saturation, observed)
     recorder.keep(cohort, kept)

@@ -19,16 +19,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from continuair.analysis.metrics import at_camera, differences
 from continuair.engine.adaptive import Tolerance
 from continuair.errors import InputError
 from continuair.flight.adaptive import compile_models
-from continuair.flight.cohorts import Flight
 from continuair.flight.prepare import check_scenario, prepare
-from continuair.flight.rollout import fly
+from continuair.flight.rollout import fly_models
 from continuair.kernels.dynamics import COUPLINGS
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
@@ -65,16 +63,9 @@ def attribution(
     models = {coupling: f"without {coupling}" for coupling in COUPLINGS}
     models["decoupled"] = "decoupled"
     compile_models(flight, ["coupled", *models.values()])
-    coupled = _tip(flight, "coupled", settle)
-    return {
-        name: differences(coupled, _tip(flight, model, settle)) for name, model in models.items()
-    }
-
-
-def _tip(flight: Flight, model: str, settle: float) -> xr.Dataset:
-    """Return the pose of the camera arm's tip, after a time `settle` [s]."""
-    found = at_camera(fly(flight, model, _POSE), flight.vehicle)
-    return found.sel(time=slice(settle, None))
+    flown = fly_models(flight, ["coupled", *models.values()], _POSE)
+    coupled, *others = (at_camera(each, vehicle).sel(time=slice(settle, None)) for each in flown)
+    return {name: differences(coupled, tip) for name, tip in zip(models, others, strict=True)}
 
 
 def responsible(errors: dict[str, Array]) -> NDArray[np.str_]:

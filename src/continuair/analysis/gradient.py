@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.analysis.adjoint import OF_STATE, OF_TIPS, Flown, flown, of_rotation, sweep
+from continuair.analysis.adjoint import OF_STATE, Flown, flown, of_rotation, sweep
 from continuair.engine.tangents import tangents_of
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.cohorts import Flight
@@ -26,7 +26,7 @@ from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import name_of, terms_of
 from continuair.typing import Array, ArrayLike, Model
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.layout import OF_TIPS, Layout
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 Cost: TypeAlias = Callable[

@@ -24,10 +24,11 @@ FEEDFORWARD = ("none", "weight", "reaction")
 
 @dataclass(frozen=True)
 class FeedingCode:
-    """fed(y, flight, inertia, felt, bend, limit, ddb) -> Fed, for each of FEEDFORWARD.
+    """fed(y, arms, flight, inertia, felt, bend, limit, ddb) -> Fed, for each of FEEDFORWARD.
 
-    inertia: of the vehicle about its centre of mass; felt: a' in body axes; bend: the bend servo's
-    moment [N m²]; limit: its largest value; ddb: bend accelerations [1/(m s²)].
+    arms: their sum, on a base at rest; inertia: of the vehicle about its centre of mass; felt: a'
+    in body axes; bend: the bend servo's moment [N m²]; limit: its largest value; ddb: bend
+    accelerations [1/(m s²)].
     """
 
     Fed: Any
@@ -43,7 +44,6 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
     Real, State, Plant, Bends = types.Real, types.State, types.Plant, types.Bends
     vec3, mat33, spin_of = types.vec3, types.mat33, types.spin_of
     Total = total_types(numbers, tree).Total
-    at_rest = chain_code(numbers, tree, "alone").total_of
     moving = chain_code(numbers, tree, "full").total_of
     bends = types.layout.bends
 
@@ -79,8 +79,9 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
 
     @wp.func
     def none(
-        y: State, flight: Flight, inertia: mat33, felt: vec3, bend: Bends, limit: Bends, ddb: Bends
-    ):
+        y: State, arms: Total, flight: Flight, inertia: mat33, felt: vec3, bend: Bends,
+        limit: Bends, ddb: Bends,
+    ):  # fmt: skip
         out, w = Fed(), spin_of(y)
         out.moment = wp.cross(w, inertia * w)
         out.bend = within(bend, limit)
@@ -88,18 +89,19 @@ def feeding_code(numbers: Numbers, tree: Tree) -> FeedingCode:
 
     @wp.func
     def weight(
-        y: State, flight: Flight, inertia: mat33, felt: vec3, bend: Bends, limit: Bends, ddb: Bends
-    ):
-        out, w, plant = Fed(), spin_of(y), flight.plant
-        total = at_rest(y, flight.coefficients, plant, flight.vehicle)
-        out.moment = wp.cross(w, inertia * w) + wp.cross(total.H, felt)
-        out.bend = carried(total, plant, felt, bend, limit)
+        y: State, arms: Total, flight: Flight, inertia: mat33, felt: vec3, bend: Bends,
+        limit: Bends, ddb: Bends,
+    ):  # fmt: skip
+        out, w = Fed(), spin_of(y)
+        out.moment = wp.cross(w, inertia * w) + wp.cross(arms.H, felt)
+        out.bend = carried(arms, flight.plant, felt, bend, limit)
         return out
 
     @wp.func
     def reaction(
-        y: State, flight: Flight, inertia: mat33, felt: vec3, bend: Bends, limit: Bends, ddb: Bends
-    ):
+        y: State, arms: Total, flight: Flight, inertia: mat33, felt: vec3, bend: Bends,
+        limit: Bends, ddb: Bends,
+    ):  # fmt: skip
         out, w, plant = Fed(), spin_of(y), flight.plant
         total = moving(y, flight.coefficients, plant, flight.vehicle)
         out.bend = carried(total, plant, felt, bend, limit)

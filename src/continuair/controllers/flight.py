@@ -520,7 +520,9 @@ def steering(code: LawCode, parts: SimpleNamespace, feedforward: str) -> Any:
         bend = servo_moment(sense, gains, reference, rate)
         washed = washed_rate(sense, memory)
         ddb = gains.bend_washout * (sense.bend_rate - washed)
-        arms = fed(sense.state, flight, gains.inertia, felt, bend, gains.bend_limit, ddb)
+        arms = fed(
+            sense.state, sense.arms, flight, gains.inertia, felt, bend, gains.bend_limit, ddb
+        )
         lift = lift + wp.quat_rotate(sense.attitude, arms.force)
         force = within_limits(lift, gains)
         moment = gains.inertia * asked_turning(sense, gains, force, wanted) + arms.moment

@@ -181,7 +181,8 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         displacement per unit rotation of the section [arm lengths]. Per arm: mass, mount, turn (arm
         axes to body) and the same as a quaternion; mass, first moment and inertia of the body on
         its tip about the tip, in the axes of the last section there. length: of the longest arm
-        [m]. Then the parameters of kinds of sections, and of each term.
+        [m]. omitted: 1 for each coupling that a partly coupled model omits. Then the parameters of
+        kinds of sections, and of each term.
         """
 
         mass: Real
@@ -202,6 +203,7 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         body_mass: PerArm
         body_moment: Vectors
         body_inertia: Matrices
+        omitted: vec3
 
     for section in range(sections):
         for name in tree.kind_of(section).parameters:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -21,6 +21,7 @@ from continuair.engine.rows import adjacent, forget_unreached
 from continuair.engine.term_checks import check_terms
 from continuair.engine.uncompiled import MOST_SAMPLES, few_columns, few_rates
 from continuair.errors import InputError, shown
+from continuair.kernels.dynamics import PARTLY_COUPLED, WITHOUT
 from continuair.vehicle.layout import width_of
 from continuair.vehicle.vehicle import Vehicle
 
@@ -116,12 +117,14 @@ class Engine:
         method: str = "RK4",
     ) -> None:
         start_warp()
-        self.vehicle, self.model, self.method = vehicle, model, method
+        omitted = WITHOUT.get(model)
+        self.vehicle, self.method = vehicle, method
+        self.model = model if omitted is None else PARTLY_COUPLED
         self.tree = tree_of(vehicle)
         if vehicle.terms:
             check_terms(self.tree)
         self.layout = self.tree.layout
-        self.kernels = kernels(precision, self.tree, model, method=method)
+        self.kernels = kernels(precision, self.tree, self.model, method=method)
         self.dtype: np.dtype[Any] = np.dtype(precision)
         self.device = device
         self.threads = threads or os.cpu_count() or 1
@@ -129,6 +132,9 @@ class Engine:
             self.plants: Array = beside.plants
         else:
             self.plants = pack_plants(vehicle, self.kernels.types.Plant)
+        if omitted is not None:
+            self.plants = self.plants.copy()
+            self.plants["omitted"][:, omitted] = 1.0
         own = Coefficients(vehicle, self.threads) if beside is None else beside.coefficients
         self.coefficients: Coefficients = own
         self.observed = self.layout.observed
@@ -184,14 +190,15 @@ class Engine:
         drive: Drive,
         *,
         at_samples: Drive | None = None,
+        names: Collection[str] = (),
         loop: Closing | None = None,
         among: int = 0,
     ) -> Logs:
         """Simulate some runs over a time grid, in open loop or under a control law.
 
         runs: (n,) indices into the vehicles, and into the loop's runs; start, drive: of these runs.
-        at_samples: what acts at the samples, to log what is observed too. among: the runs of the
-        whole flight, if these are a part.
+        at_samples: what acts at the samples, to observe the named columns too. among: the runs of
+        the whole flight, if these are a part.
         """
         n, samples = len(runs), len(grid.samples)
         log = np.empty((n, samples, self.layout.log), self.dtype)
@@ -217,7 +224,7 @@ class Engine:
                 self.download(source, target[part])
 
         self.side_by_side(work, self._split(n, lanes))
-        observed = None if at_samples is None else self.observe(log, at_samples, runs, among)
+        observed = None if at_samples is None else self.observe(log, at_samples, names, runs, among)
         for each in (log, observed) if observed is not None else (log,):
             forget_unreached(each, status, last, grid.sample_after)
         found = Logs(log, status, last, saturation[:, 0], observed)
@@ -231,21 +238,27 @@ class Engine:
         return width_of(self.observed)
 
     def observe(
-        self, log: Array, drive: Drive, runs: Array | None = None, among: float = 0
+        self,
+        log: Array,
+        drive: Drive,
+        names: Collection[str],
+        runs: Array | None = None,
+        among: float = 0,
     ) -> Array:
         """Return observed columns (runs, samples, columns) of logged rows (runs, samples, log).
 
-        drive: inputs of these runs at the samples. Python computes those of a few rows: of all the
-        runs that they are `among`, so that a flight in parts is treated alike. A loop that observes
-        over and over is among inf.
+        drive: inputs of these runs at the samples. names: of the columns that are needed; others
+        may be NaN. Python computes those of a few rows: of all the runs that they are `among`, so
+        that a flight in parts is treated alike. A loop that observes over and over is among inf.
         """
         few = max(among, len(log)) * log.shape[1] <= MOST_SAMPLES
-        found = few_columns(self, log, drive, runs) if few else None
+        found = few_columns(self, log, drive, names, runs) if few else None
         if found is not None:
             return found
         lanes = self.lanes(len(log))
         used = self.kernels_of(lanes)
-        for kernel in used.observers:
+        observers = used.observers(names)
+        for kernel in observers:
             load(kernel, self.device)
         seen = np.full((*log.shape[:2], self.observed_columns), np.nan, self.dtype)
         every = np.arange(len(log)) if runs is None else runs
@@ -253,7 +266,7 @@ class Engine:
         def work(part: slice) -> None:
             out, acting = self.upload(seen[part]), self.drive(drive, part, 1)
             rows = [self.vehicles(every[part], used), acting, self.upload(log[part]), out]
-            for kernel in used.observers:
+            for kernel in observers:
                 self.launch(kernel, (packs_of(len(seen[part]), lanes), log.shape[1]), rows)
             self.download(out, seen[part])
 

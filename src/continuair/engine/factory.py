@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,7 @@ from continuair.kernels.energies import energies_kernel
 from continuair.kernels.flight import FlightCode, flight_code
 from continuair.kernels.integrators import TSIT5
 from continuair.kernels.logs import state_logger, tip_logger
-from continuair.kernels.observe import observe_kernel, watch_kernel
+from continuair.kernels.observe import observe_kernel, tips_kernel, watch_kernel
 from continuair.kernels.rollout import derivative_kernel, rollout_kernel
 from continuair.kernels.sensing.camera import CameraCode, camera_code
 from continuair.kernels.sensing.guided import guided_pilot
@@ -30,6 +30,7 @@ from continuair.kernels.sensing.pilot import PilotCode, law_pilot, no_pilot
 from continuair.kernels.slopes import step_slopes_kernel, tip_slopes_kernel
 from continuair.kernels.turning import turning_kernel
 from continuair.terms import TERMS
+from continuair.vehicle.layout import OF_BODIES, OF_TIPS
 
 
 @dataclass(frozen=True)
@@ -83,12 +84,22 @@ class Kernels:
         return _observe(self.numbers, self.tree, self.model)
 
     @property
-    def observers(self) -> tuple[wp.Kernel, ...]:
-        """Return the kernels that compute quantities along a log, each in its own columns."""
-        of_terms = [_observer_of(term, self.numbers, self.tree) for term in self.tree.terms]
-        if self.tree.layout.energies:
-            of_terms.append(_energies(self.numbers, self.tree))
-        return self.observe, *(kernel for kernel in of_terms if kernel is not None)
+    def tips(self) -> wp.Kernel:
+        return _tips(self.numbers, self.tree)
+
+    def observers(self, names: Collection[str]) -> list[wp.Kernel]:
+        """Return the kernels that compute quantities along a log, by name, in their own columns."""
+        found: list[wp.Kernel | None] = []
+        wanted = set(names)
+        if wanted & set(OF_TIPS) and self.tree.sections:
+            found.append(self.tips)
+        if wanted & set(OF_BODIES):
+            found.append(self.observe)
+        if wanted - {*OF_TIPS, *OF_BODIES}:
+            found += [_observer_of(term, self.numbers, self.tree) for term in self.tree.terms]
+            if self.tree.layout.energies:
+                found.append(_energies(self.numbers, self.tree))
+        return [kernel for kernel in found if kernel is not None]
 
 
 @dataclass(frozen=True)
@@ -147,6 +158,11 @@ def _derivative(numbers: Numbers, tree: Tree, model: str) -> wp.Kernel:
 @made_once
 def _observe(numbers: Numbers, tree: Tree, model: str) -> wp.Kernel:
     return observe_kernel(numbers, tree, dynamics_code(numbers, tree, model))
+
+
+@made_once
+def _tips(numbers: Numbers, tree: Tree) -> wp.Kernel:
+    return tips_kernel(numbers, tree)
 
 
 @made_once

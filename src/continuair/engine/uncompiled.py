@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -44,7 +44,9 @@ def few_rates(engine: Engine, start: Start, drive: Drive, runs: Array | None) ->
     return rates if _works(engine, runs, each) else None
 
 
-def few_columns(engine: Engine, log: Array, drive: Drive, runs: Array | None) -> Array | None:
+def few_columns(
+    engine: Engine, log: Array, drive: Drive, names: Collection[str], runs: Array | None
+) -> Array | None:
     """Return the columns of `Engine.observe`, or None for compiled code to do so; see above."""
     count, samples = log.shape[:2]
     if engine.dtype != np.float64:
@@ -53,7 +55,7 @@ def few_columns(engine: Engine, log: Array, drive: Drive, runs: Array | None) ->
     rows = np.arange(count * samples)
 
     def each(vehicles: Any) -> None:
-        for kernel in engine.kernels_of(1).observers:
+        for kernel in engine.kernels_of(1).observers(names):
             for some in np.array_split(rows, -(-len(rows) // MOST_STATES)):
                 threads = some // samples, some % samples
                 _run(interpreted(kernel), threads, (vehicles, _acting(drive, 1), log, out))

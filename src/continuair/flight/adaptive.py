@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,16 +28,16 @@ _KEPT = 2e8
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
+class Part:
     """Some runs of a flight, with their inputs and controller loop."""
 
     launch: Launch
     loop: Loop | None
 
-    def fly(self, engine: Engine, observe: bool, among: int) -> tuple[Logs, Array]:
+    def fly(self, engine: Engine, names: Collection[str], among: int) -> tuple[Logs, Array]:
         """Return the logs of these runs, and the counts of the roll-out (runs, COUNTS).
 
-        among: the runs of the whole flight.
+        names: of the observed columns that are needed; among: the runs of the whole flight.
         """
         launch, given = self.launch, self.launch.runs
         lanes = engine.load_rollout(self.loop, len(given))
@@ -58,14 +59,23 @@ class _Part:
         log, status, counts = log[back], status[back], counts[back]
         nothing = np.zeros(len(given), np.int32)
         logs = Logs(log, status, nothing, counts[:, SATURATION])
-        if observe:
+        if names:
             acting = self.launch.inputs
             drive = Drive(acting(samples), True, acting.groups, acting.gravity)
-            logs = replace(logs, observed=engine.observe(log, drive, given, among))
+            logs = replace(logs, observed=engine.observe(log, drive, names, given, among))
         if self.loop is not None:
             watched = self.loop.watch(engine, log, given)
             logs = replace(logs, watched=watched, scene=self.loop.scene)
         return logs, counts
+
+
+def whole(flight: Flight) -> Part:
+    """Return all runs of a flight as one part."""
+    assert flight.tolerance is not None
+    ticks, runs = _ticks(flight), np.arange(flight.runs)
+    loop = _loop(flight, ticks)
+    motion = _motion(flight, loop, runs)
+    return Part(launch_of(flight, runs, ticks, flight.tolerance, motion), loop)
 
 
 def launch_of(
@@ -83,13 +93,15 @@ def launch_of(
 def _inputs(flight: Flight, runs: NDArray[np.intp]) -> Inputs:
     """Return the inputs of some runs; small ones are kept for other models and finer flights."""
     kept, key = flight.kept_inputs, runs.tobytes()
-    if key in kept:
-        return kept[key]
-    layout = flight.coupled.layout
-    found = inputs_of(flight.scenario, flight.duration, layout, flight.groups, runs, flight.runs)
-    if sum(each.nbytes for each in kept.values()) + found.nbytes < _KEPT:
-        kept[key] = found
-    return found
+    # Several models fly at the same time: one of them makes the inputs of all.
+    with flight.making_inputs.setdefault(key, Lock()):
+        if key in kept:
+            return kept[key]
+        of = flight.scenario, flight.duration, flight.coupled.layout, flight.groups
+        found = inputs_of(*of, runs, flight.runs)
+        if sum(each.nbytes for each in [*kept.values()]) + found.nbytes < _KEPT:
+            kept[key] = found
+        return found
 
 
 def record(recorder: Recorder, runs: NDArray[np.intp], among: int) -> None:
@@ -101,9 +113,9 @@ def record(recorder: Recorder, runs: NDArray[np.intp], among: int) -> None:
     tolerance = flight.tolerance
     assert tolerance is not None
     engine = flight.engine(recorder.model, recorder.dtype)
-    observe = recorder.observes
+    names = recorder.observed
     alone = engine.on_one_thread()
-    ticks = ticks_of(flight.scenario, flight.duration, flight.marks.samples)
+    ticks = _ticks(flight)
     loop = _loop(flight, ticks)
     size = runs_at_once(flight, engine)
     alone.load_rollout(loop, size)
@@ -111,7 +123,7 @@ def record(recorder: Recorder, runs: NDArray[np.intp], among: int) -> None:
     def work(some: NDArray[np.intp]) -> None:
         """Simulate and record some of these runs."""
         launch = launch_of(flight, some, ticks, tolerance, _motion(flight, loop, some))
-        recorder.keep_counted(some, *_Part(launch, loop).fly(alone, observe, among))
+        recorder.keep_counted(some, *Part(launch, loop).fly(alone, names, among))
 
     engine.side_by_side(work, [runs[at : at + size] for at in range(0, len(runs), size)])
 
@@ -120,7 +132,7 @@ def compile_models(flight: Flight, models: Iterable[str]) -> None:
     """Compile the kernels of several models at the same time, before they are flown in turn."""
     if not flight.counted:
         return
-    loop = _loop(flight, ticks_of(flight.scenario, flight.duration, flight.marks.samples))
+    loop = _loop(flight, _ticks(flight))
     kernels = []
     for model in models:
         engine = flight.engine(model).on_one_thread()
@@ -128,6 +140,11 @@ def compile_models(flight: Flight, models: Iterable[str]) -> None:
         own = engine.kernels_of(engine.lanes(size))
         kernels.append(own.rollout if loop is None else loop.rollout(engine, size))
     load_together(kernels, flight.coupled.device)
+
+
+def _ticks(flight: Flight) -> Ticks:
+    """Return the controller updates and samples of a flight."""
+    return ticks_of(flight.scenario, flight.duration, flight.marks.samples)
 
 
 def _loop(flight: Flight, ticks: Ticks) -> Loop | None:

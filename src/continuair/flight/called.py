@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from continuair.kernels.step import OK
 from continuair.scenario.wrench import FlightState, Wrench
 from continuair.typing import Array
 from continuair.vehicle.coordinates import branches_in
-from continuair.vehicle.layout import Layout
+from continuair.vehicle.layout import OF_TIPS, Layout
 from continuair.warning import warn
 
 
@@ -40,7 +41,7 @@ def record_called(recorder: Recorder, stacklevel: int) -> None:
     ((runs, grid),) = flight.grids()
     cohort = flight.cohort(runs, grid)
     engine = flight.engine(recorder.model, recorder.dtype)
-    recorder.keep(cohort, _Pieces(cohort, engine, calls).fly(recorder.observes))
+    recorder.keep(cohort, _Pieces(cohort, engine, calls).fly(recorder.observed))
 
 
 class _Pieces:
@@ -53,8 +54,8 @@ class _Pieces:
         ends = np.searchsorted(self.grid.starts, calls - 0.5 * self.grid.steps.min())
         self.edges = np.append(ends, len(self.grid.steps))
 
-    def fly(self, observe: bool) -> Logs:
-        """Simulate all pieces, and compute the observed variables at the samples if `observe`."""
+    def fly(self, names: Collection[str]) -> Logs:
+        """Simulate all pieces, and compute the named observed variables at the samples."""
         cohort, grid, layout, n = self.cohort, self.grid, self.layout, len(self.cohort.runs)
         log = np.full((n, len(grid.samples), layout.log), np.nan, self.engine.dtype)
         status, last = np.full(n, OK, np.int32), np.zeros(n, np.int32)
@@ -82,11 +83,11 @@ class _Pieces:
             angle[going] = branches_in(ends[going], layout)
             start = Start(states, angle, frozen=first.states)
         observed = None
-        if observe:
+        if names:
             acting = cohort.at_samples
             table = acting.table + held
             seen = Drive(table, len(table) > 1, acting.groups, acting.gravity)
-            observed = self.engine.observe(log, seen, cohort.runs)
+            observed = self.engine.observe(log, seen, names, cohort.runs)
         for each in (log, observed) if observed is not None else (log,):
             forget_unreached(each, status, last, grid.sample_after)
         return Logs(log, status, last, saturation, observed)
@@ -131,7 +132,8 @@ class _Pieces:
         rows = np.zeros((n, 1, layout.log))
         rows[:, 0, : layout.state] = states
         still = Drive(np.zeros((1, 1, layout.inputs)), False, 0, self.flight.scenario.gravity)
-        seen = self.engine.observe(rows, still, self.cohort.runs, among=np.inf)[:, 0].astype(float)
+        seen = self.engine.observe(rows, still, OF_TIPS, self.cohort.runs, among=np.inf)
+        seen = seen[:, 0].astype(float)
         state = rows[:, 0]
         many = vehicle.has_arm_list
         sections = (n, layout.sections, 2) if many else (n, 2)

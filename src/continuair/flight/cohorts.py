@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,15 +67,19 @@ class Cohort:
         sampled = of(self.at_samples) if observe else None
         return replace(self, runs=self.runs[at], drive=of(self.drive), sampled=sampled)
 
-    def fly(self, engine: Engine, observe: bool, among: int = 0) -> Logs:
-        """Simulate these runs with one model; among: the runs of the whole flight."""
-        at_samples = self.at_samples if observe else None
+    def fly(self, engine: Engine, names: Collection[str] = (), among: int = 0) -> Logs:
+        """Simulate these runs with one model, and observe the named columns.
+
+        among: the runs of the whole flight.
+        """
+        at_samples = self.at_samples if names else None
         return engine.roll_out(
             self.runs,
             self.start,
             self.grid,
             self.drive,
             at_samples=at_samples,
+            names=names,
             loop=self.loop,
             among=among,
         )
@@ -87,7 +92,8 @@ class Flight:
     runs: their number; batched: whether results have a dimension for them. start: of all runs;
     steps: of each run (runs,) [s], NaN if adaptive; marks: times at which steps end. coupled: an
     engine of that model, which others share data with. method: "Tsit5", "RK4" or "implicit";
-    tolerance: of adaptive steps; kept_inputs: by the runs that they act on.
+    tolerance: of adaptive steps; kept_inputs: by the runs that they act on;
+    making_inputs: held while they are made.
     """
 
     vehicle: Vehicle
@@ -103,6 +109,7 @@ class Flight:
     method: str
     tolerance: Tolerance | None = None
     kept_inputs: dict[bytes, Inputs] = field(default_factory=dict)
+    making_inputs: dict[bytes, Lock] = field(default_factory=dict)
     _sampled: dict[tuple[bytes, bytes], Drive] = field(default_factory=dict)
     _engines: dict[tuple[str, str], Engine] = field(default_factory=dict)
 
@@ -182,10 +189,13 @@ class Flight:
         """Return the inputs at the stages of steps; the last ones are kept for other models."""
         times = stage_times(grid)
         key = runs.tobytes(), times.tobytes()
-        if key not in self._sampled:
+        found = self._sampled.get(key)
+        if found is None:
+            found = self.drive(times, runs)
+            # Models fly side by side.
             self._sampled.clear()
-            self._sampled[key] = self.drive(times, runs)
-        return self._sampled[key]
+            self._sampled[key] = found
+        return found
 
     def drive(self, times: Array, runs: NDArray[np.intp]) -> Drive:
         """Return the inputs of some runs at some times."""

@@ -132,7 +132,9 @@ class Fleet:
         rows = np.zeros((self.runs, 1, layout.log))
         rows[:, 0, : layout.state] = self.states
         nothing = Drive(np.zeros((1, 1, layout.inputs)), False, 0, self.gravity)
-        seen = self._engine.observe(rows, nothing, np.arange(self.runs), among=np.inf)[:, 0]
+        seen = self._engine.observe(
+            rows, nothing, ["tip_position"], np.arange(self.runs), among=np.inf
+        )[:, 0]
         return seen[:, self._engine.observed["tip_position"]].reshape(self.runs, -1, 3)
 
 

@@ -313,7 +313,7 @@ class Simulation:
         # A flight that stopped did so between its last sample and the next.
         starts = times[:-1] if self._status == OK else np.append(times[:-1], self._ended)
         status, last = np.array([self._status], np.int32), np.array([len(times) - 1])
-        observed = engine.observe(log, acting)
+        observed = engine.observe(log, acting, names)
         none = np.zeros(0, bool)
         grid = Grid(times, starts, np.diff(times), np.zeros(0, np.int32), none, none)
         flight = dataclasses.replace(self._flight, marks=Marks(times, times, times[:0]))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -33,6 +35,27 @@ def fly(
     recorder = Recorder(flight, model, names, "float64", runs)
     record(recorder, check=check)
     return recorder.dataset(recorder.step)
+
+
+def fly_models(
+    flight: Flight,
+    models: Sequence[str],
+    names: tuple[str, ...],
+    runs: NDArray[np.intp] | None = None,
+    check: bool = False,
+) -> list[xr.Dataset]:
+    """Return the trajectories of several models, side by side; as `fly`."""
+    found: dict[str, xr.Dataset] = {}
+    for model in models:
+        # Before threads do: they share an engine of each model.
+        flight.engine(model)
+
+    def one(model: str) -> None:
+        """Fly one model."""
+        found[model] = fly(flight, model, names, runs, check)
+
+    flight.coupled.side_by_side(one, models)
+    return [found[model] for model in models]
 
 
 def record(recorder: Recorder, *, check: bool = False) -> None:
@@ -95,15 +118,13 @@ def _record(recorder: Recorder, runs: NDArray[np.intp], among: int | None = None
         adaptive.record(recorder, runs, among)
         return
     engine = flight.engine(recorder.model, recorder.dtype)
-    observe = recorder.observes
+    names = recorder.observed
     alone = engine.on_one_thread()
     for cohort in flight.parts(runs):
         size = chunks.cached_runs_at_once(cohort.grid.samples, len(cohort.runs), engine)
         alone.load_rollout(cohort.loop, size)
         parts = (
-            cohort.part(slice(first, first + size), observe)
+            cohort.part(slice(first, first + size), bool(names))
             for first in range(0, len(cohort.runs), size)
         )
-        engine.side_by_side(
-            lambda part: recorder.keep(part, part.fly(alone, observe, among)), parts
-        )
+        engine.side_by_side(lambda part: recorder.keep(part, part.fly(alone, names, among)), parts)

@@ -148,12 +148,12 @@ class Recorder:
         self.error_estimate: Array | None = None
         self.saturation = np.zeros(len(self.runs))
         self.reductions: list[Reduction] = []
-        self._observes_beside = False
+        self._observed_beside: frozenset[str] = frozenset()
 
     @property
-    def observes(self) -> bool:
-        """Whether a variable, also one of a recorder beside this one, is computed from the log."""
-        return self._observes_beside or any(name in OBSERVED_VARIABLES for name in self.names)
+    def observed(self) -> frozenset[str]:
+        """Variables, also those of a recorder beside this one, that are computed from the log."""
+        return self._observed_beside | OBSERVED_VARIABLES.intersection(self.names)
 
     @contextmanager
     def beside(self, other: Recorder) -> Iterator[None]:
@@ -164,12 +164,12 @@ class Recorder:
             other._keep_values(runs, logs)
 
         self.reductions.append(keep)
-        self._observes_beside = other.observes
+        self._observed_beside = other.observed
         try:
             yield
         finally:
             self.reductions.remove(keep)
-            self._observes_beside = False
+            self._observed_beside = frozenset()
 
     @property
     def step(self) -> dict[str, float]:

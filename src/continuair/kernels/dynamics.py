@@ -8,7 +8,8 @@ about it (kernels/arm/chain.py), the rows of the coupled system are
 with loads minus bias on the right. Translation is eliminated first, which refers the other rows to
 the common centre of mass, then the bends, by LDLᵀ. The decoupled model of Amiri et al. omits the
 blocks between UAV and arms, F and L; gravity acts on the bends. Models "without …" are the coupled
-model without one part of what decoupling omits; see continuair/analysis/couplings.py.
+model without one part of what decoupling omits, see continuair/analysis/couplings.py. They share
+the code of the partly coupled model, in which `Plant.omitted` has a 1 for that part.
 """
 
 from dataclasses import dataclass
@@ -40,11 +41,11 @@ PLANTS: tuple[Model, ...] = ("coupled", "decoupled")
 COUPLINGS = ("carriage", "inertia", "coriolis")
 """Couplings that a model "without …" omits: common acceleration, inertia, velocity terms."""
 
-COUPLED = ("coupled", "without carriage", "without coriolis")
-"""Models whose mass matrix has the blocks between UAV and arm."""
+WITHOUT = {f"without {coupling}": place for place, coupling in enumerate(COUPLINGS)}
+"""Models without one coupling, and its place in `Plant.omitted`."""
 
-BLOCK_BIASED = ("decoupled", "without coriolis")
-"""Models whose bias omits velocity terms between UAV and arm."""
+PARTLY_COUPLED = "partly coupled"
+"""The model whose code all of WITHOUT share."""
 
 
 @dataclass(frozen=True)
@@ -70,16 +71,15 @@ class Dynamics:
 
 def bias_of(model: str) -> str:
     """Return the kind of bias of a model."""
-    if model == "independent":
-        return "alone"
-    return "block" if model in BLOCK_BIASED else "full"
+    return {"independent": "alone", "decoupled": "block"}.get(model, "full")
 
 
 @cache
 def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
     """Return the rate of the state for one kind of numbers, tree of arms and model."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
-    freezes, bias, couples = model == "independent", bias_of(model), model in COUPLED
+    freezes, partly = model == "independent", model == PARTLY_COUPLED
+    bias, couples = bias_of(model), partly or model == "coupled"
     chain, solved = chain_code(numbers, tree, bias), elimination_code(numbers, tree)
     loads = acting_code(numbers, tree, frozen_arm=freezes)
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
@@ -90,7 +90,10 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
     load_of, Total, total_of = loads.load_of, chain.Total, chain.total_of
     Rows, Accelerations = solved.Rows, solved.Accelerations
     together, apart = solved.together, solved.apart
-    zero, half, bends = Real(0.0), Real(0.5), types.layout.bends
+    zero, half, one, bends = Real(0.0), Real(0.5), Real(1.0), types.layout.bends
+    carriage, inertia, coriolis = (COUPLINGS.index(name) for name in COUPLINGS)
+    Table, width, layout = types.Table, types.layout.state, types.layout
+    W, DB = layout.angular_velocity.start, layout.bend_rate.start
 
     @wp.func
     def bend_rows(y: State, plant: Plant, total: Total, load: Load, felt: vec3):
@@ -116,16 +119,54 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
         felt = -rows.force / plant.mass
         if wp.static(model == "decoupled"):
             felt = down
-        if wp.static(model == "without carriage"):
-            felt = down + total.force / plant.mass
-        if wp.static(model == "without inertia"):
-            felt = -load.force / plant.mass
+        if wp.static(partly):
+            carried = (one - plant.omitted[carriage]) * (load.force / plant.mass + down)
+            felt = down - carried + (one - plant.omitted[inertia]) * total.force / plant.mass
         rows.bend = bend_rows(y, plant, total, load, felt)
+        if wp.static(partly):
+            total.F = (one - plant.omitted[inertia]) * total.F
+            total.L = (one - plant.omitted[inertia]) * total.L
         if wp.static(couples):
             out = together(plant.mass, plant.uav_inertia + total.I, total, rows)
         else:
             out = apart(plant.mass, plant.uav_inertia + total.I, total, rows)
         return out
+
+    if partly:
+        in_full = total_of
+
+        @wp.func
+        def total_of(y: State, table: Table, plant: Plant, vehicle: int):  # type: ignore[no-redef]
+            """Return the sum over all arms; without Coriolis coupling, with the blocks of its bias.
+
+            The bias is a quadratic form Q of z = (ω, q̇), and its blocks are those of the bilinear
+            form B: B(z, ω) = (Q(z) + Q(ω) - Q(q̇)) / 2 in the rows of the UAV, and the same with
+            ω and q̇ exchanged in those of the arms.
+            """
+            off = half * plant.omitted[coriolis]
+            out = Total()
+            force = vec3()
+            moment = vec3()
+            bend = Bends()
+            # ω, q̇ and z in turn, in a loop that is not unrolled: the code is compiled once.
+            for row in range(3 + wp.min(vehicle, 0)):
+                of_spin = Real(1 - row % 2)
+                of_rates = Real((row + 1) // 2)
+                seen = State()
+                for j in range(width):
+                    seen[j] = y[j]
+                for j in range(3):
+                    seen[W + j] = of_spin * y[W + j]
+                for j in range(bends):
+                    seen[DB + j] = of_rates * y[DB + j]
+                out = in_full(seen, table, plant, vehicle)
+                force += off * (of_rates + of_rates - one) * out.force
+                moment += off * (of_rates + of_rates - one) * out.moment
+                bend += off * (of_spin + of_spin - one) * out.bend
+            out.force -= force
+            out.moment -= moment
+            out.bend -= bend
+            return out
 
     @wp.func
     def independent_accelerations(y: State, flight: Flight, total: Total, load: Load):

@@ -1,4 +1,4 @@
-"""Kernels along a log: tips, reactions, energies and momenta; camera and image features."""
+"""Kernels along a log: tips; reactions, energies and momenta; camera and image features."""
 
 from functools import cache
 from typing import Any
@@ -45,18 +45,16 @@ def _branches_of_log(numbers: Numbers, tree: Tree) -> Any:
 def _observer_of_arm(
     numbers: Numbers, tree: Tree, dynamics: Dynamics, before: Any, arm: int
 ) -> Any:
-    """Return the function that writes the quantities of an arm, after those of `before`."""
-    types, tips = device_types(numbers, tree), tip_code(numbers, tree)
+    """Return the function that writes the reactions of an arm, after those of `before`."""
+    types = device_types(numbers, tree)
     Cell, Real, keep = types.Cell, types.Real, number_code(numbers).keep
     State, Flight = types.State, flight_code(numbers, tree).Flight
     vec3, bends, at = types.vec3, types.layout.bends, observed_columns(len(tree.sections))
-    world_tip, load_on_arm = tips.world_tip_of(arm), dynamics.loads.load_on_arm(arm)
+    load_on_arm = dynamics.loads.load_on_arm(arm)
     arm_total = chain_code(numbers, tree, dynamics.bias).of_arm(arm)
     attitude_of, velocity_of = types.attitude_of, types.velocity_of
     spin_of, bend_rates_of = types.spin_of, types.bend_rates_of
-    attitude = at["tip_attitude"].start + 4 * arm
-    names = ("tip_position", "tip_velocity", "tip_angular_velocity", "base_force", "base_moment")
-    position, velocity, turning, force, moment = (at[name].start + 3 * arm for name in names)
+    force, moment = (at[name].start + 3 * arm for name in ("base_force", "base_moment"))
     freezes, couples = dynamics.freezes, dynamics.couples
     Push, Along = types.Push, types.Along
 
@@ -67,7 +65,6 @@ def _observer_of_arm(
     ):  # fmt: skip
         before(out, sample, y, dy, begun, along, flight, row, push)
         q, w, plant = attitude_of(y), spin_of(y), flight.plant
-        tip = world_tip(y, plant)
         # The UAV exerts on the arm the arm's part of its own rows.
         seen = y
         if wp.static(freezes):
@@ -93,19 +90,73 @@ def _observer_of_arm(
         taken -= load.force
         twisted -= load.moment
         for j in range(3):
-            keep(out, flight.run, sample, position + j, tip.position[j])
-            keep(out, flight.run, sample, velocity + j, tip.velocity[j])
-            keep(out, flight.run, sample, turning + j, tip.turning[j])
             keep(out, flight.run, sample, force + j, -taken[j])
             keep(out, flight.run, sample, moment + j, -twisted[j])
-        for j in range(4):
-            keep(out, flight.run, sample, attitude + j, tip.attitude[j])
 
     return observe
 
 
+def tips_kernel(numbers: Numbers, tree: Tree) -> Any:
+    """Return the kernel `tips`, the same for every model: the columns of all tips."""
+    types, structs, tip_at = device_types(numbers, tree), flight_code(numbers, tree), tip_code
+    code, Drive = number_code(numbers), arguments(numbers.precision).Drive
+    Cell, State, Plant, Vehicles = types.Cell, types.State, types.Plant, structs.Vehicles
+    flight_of, load_state, keep, lanes = (
+        structs.flight_of,
+        types.load_state,
+        code.keep,
+        code.lanes,
+    )
+    at = observed_columns(types.layout.arms)
+    attitude_at, names = at["tip_attitude"].start, ("tip_position", "tip_velocity")
+    position_at, velocity_at = (at[name].start for name in names)
+    turning_at = at["tip_angular_velocity"].start
+
+    def and_arm(before: Any, arm: int) -> Any:
+        world_tip = tip_at(numbers, tree).world_tip_of(arm)
+        position, velocity, turning = (
+            first + 3 * arm for first in (position_at, velocity_at, turning_at)
+        )
+        attitude = attitude_at + 4 * arm
+
+        @wp.func
+        def written(out: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant):
+            before(out, run, sample, y, plant)
+            tip = world_tip(y, plant)
+            for j in range(3):
+                keep(out, run, sample, position + j, tip.position[j])
+                keep(out, run, sample, velocity + j, tip.velocity[j])
+                keep(out, run, sample, turning + j, tip.turning[j])
+            for j in range(4):
+                keep(out, run, sample, attitude + j, tip.attitude[j])
+
+        return written
+
+    @wp.func
+    def nothing(out: wp.array3d(dtype=Cell), run: int, sample: int, y: State, plant: Plant):
+        pass
+
+    write = nothing
+    for arm in range(types.layout.arms):
+        write = and_arm(write, arm)
+
+    @wp.kernel(enable_backward=False, module="unique", module_options=code.options)
+    def tips(
+        vehicles: Vehicles,
+        drive: Drive,
+        log: wp.array3d(dtype=Cell),
+        out: wp.array3d(dtype=Cell),
+    ):
+        pack, sample = wp.tid()
+        run = pack * lanes
+        plant = flight_of(vehicles, drive, run).plant
+        write(out, run, sample, load_state(log, run, sample, plant.unit), plant)
+
+    return tips
+
+
 def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
-    """Return the kernel `observe` of a model: columns observed_columns per run and sample."""
+    """Return the kernel `observe` of a model: reactions, energies and momenta along a log."""
     types, structs = device_types(numbers, tree), flight_code(numbers, tree)
     chain, code = chain_code(numbers, tree, dynamics.bias), number_code(numbers)
     keep, lanes = code.keep, code.lanes

@@ -100,4 +100,4 @@ def flight_alone(
     options: dict[str, Any] = {"method": method, "step": step, "threads": 1}
     flight = prepare(vehicle, scenario, sample=scenario.duration, **options)
     engine, cohort = flight.engine(model), next(flight.cohorts())
-    return lambda: np.asarray(cohort.fly(engine, observe=False, among=flight.runs).status)
+    return lambda: np.asarray(cohort.fly(engine, among=flight.runs).status)

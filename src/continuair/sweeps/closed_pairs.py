@@ -13,7 +13,7 @@ from continuair.analysis.metrics import at_camera, differences, feature_rms, nor
 from continuair.engine.compiling import kind_of
 from continuair.flight.cohorts import Flight
 from continuair.flight.limits import share_at_limits, with_limited_command
-from continuair.flight.rollout import fly
+from continuair.flight.rollout import fly_models
 from continuair.flight.trajectory import COUNTED
 from continuair.typing import Array
 from continuair.vehicle.layout import DEVIATIONS
@@ -60,7 +60,7 @@ def track(
         alike = [same for same, _ in flight.grids()]
     for same in alike:
         for runs in (same[first : first + size] for first in range(0, len(same), size)):
-            flown = (fly(flight, model, names, runs, check) for model in models)
+            flown = fly_models(flight, models, names, runs, check)
             flights = [_with_runs(at_camera(each, flight.vehicle)) for each in flown]
             at_limits = [share_at_limits(flight.scenario, each, runs) for each in flights]
             parts.append(replace(reduced(flights, settle), at_limits=np.stack(at_limits, -1)))

@@ -357,9 +357,15 @@ def _joined(parts: list[slice]) -> slice:
 ONE_SECTION = Layout.of_arcs(1)
 """Layout of the paper's vehicle: eight coordinates, 17 numbers in a state."""
 
-OF_ARM = ("tip_position", "tip_attitude", "tip_velocity", "tip_angular_velocity", "base_force",
-          "base_moment")  # fmt: skip
+OF_TIPS = ("tip_position", "tip_attitude", "tip_velocity", "tip_angular_velocity")
+"""Quantities of each arm's tip along a log, computed alike for every model."""
+
+OF_ARM = (*OF_TIPS, "base_force", "base_moment")
 """Quantities computed for each arm along a log."""
+
+OF_BODIES = ("base_force", "base_moment", "kinetic_energy", "gravity_energy", "elastic_energy",
+             "linear_momentum", "angular_momentum")  # fmt: skip
+"""Quantities along a log that depend on the model."""
 
 
 def observed_columns(arms: int, rotors: int = 0, energies: bool = False) -> dict[str, slice]:

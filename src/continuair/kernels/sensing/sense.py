@@ -15,7 +15,7 @@ import warp as wp
 from continuair.device.elementary import elementary_code
 from continuair.device.numbers import Numbers, Struct, number_code
 from continuair.device.types import Tree, device_types, holding
-from continuair.kernels.arm.chain import chain_code
+from continuair.kernels.arm.chain import chain_code, total_types
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.camera import camera_code
 
@@ -119,6 +119,7 @@ class LawCode:
 def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
     """Return the types and functions for numbers, a tree of arms and a number of feature points."""
     types, total_of = device_types(numbers, tree), chain_code(numbers, tree, "alone").total_of
+    Total = total_types(numbers, tree).Total
     of_camera, Flight = camera_code(numbers, tree, points), flight_code(numbers, tree).Flight
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, mat33 = types.vec2, types.vec3, types.quat, types.mat33
@@ -149,7 +150,7 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
         position, velocity: of B's origin, world axes; attitude: body to world; bend [1/m];
         angular_velocity: body axes; sight: measured image features; desired: desired image;
         camera_twist, target_twist: (v, ω) in camera axes; weight, spring: actuator wrenches that
-        compensate gravity and the arm's elasticity.
+        compensate gravity and the arm's elasticity; arms: their inertias.
         """
 
         time: Real
@@ -165,16 +166,16 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
         target_twist: Twist
         weight: Push
         spring: Push
+        arms: Total
         state: State
         plant: Plant
         camera: Camera
         view: View
 
     @wp.func
-    def weight_push(y: State, flight: Flight):
+    def weight_push(y: State, flight: Flight, total: Total):
         """Return the actuator wrench that compensates the weight of UAV and arms."""
         plant = flight.plant
-        total = total_of(y, flight.coefficients, plant, flight.vehicle)
         down = wp.quat_rotate_inv(attitude_of(y), vec3(zero, zero, -flight.gravity))
         lift = vec3(zero, zero, plant.mass * flight.gravity)
         bend = Bends()
@@ -201,7 +202,8 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
             spring[j] = plant.unit[j] * plant.stiffness[j] * b[j]
         out.velocity = velocity_of(y)
         out.angular_velocity = spin_of(y)
-        out.weight = weight_push(y, flight)
+        out.arms = total_of(y, flight.coefficients, plant, flight.vehicle)
+        out.weight = weight_push(y, flight, out.arms)
         out.spring = push(nothing, nothing, spring)
         out.state = y
         out.plant = plant

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,10 @@ from continuair.analysis.couplings import attribution
 from continuair.analysis.excited import excited_arm
 from continuair.analysis.limits import Limit, find_limits
 from continuair.controllers.cascade_design import GRAVITY
-from continuair.kernels.dynamics import COUPLINGS, SIMPLER
+from continuair.engine.adaptive import Tolerance
+from continuair.flight.adaptive import compile_models
+from continuair.flight.prepare import DEFAULT_TOLERANCE, prepare
+from continuair.kernels.dynamics import COUPLINGS, REFERENCE, SIMPLER, WITHOUT
 from continuair.studies.advise.frequencies import LONGEST, slowest, tried
 from continuair.studies.excited_flights import (
     NO_LOOP,
@@ -23,6 +26,7 @@ from continuair.studies.excited_flights import (
     sampling,
 )
 from continuair.studies.standard_excitations import EXCITATIONS, PERIODS
+from continuair.typing import Model
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -41,6 +45,20 @@ _LONGER = float(np.sqrt(10.0))
 """Ratio of the durations of flights simulated together, whose loads are sampled once."""
 
 
+def compile_all(vehicle: Vehicle, loop: Loop) -> None:
+    """Compile the models that are flown in a loop, several at a time."""
+    scenario = excited(vehicle, "release", MODERATE, loop)
+    flight = prepare(
+        vehicle,
+        scenario,
+        sample=scenario.duration,
+        method="Tsit5",
+        tolerance=Tolerance(DEFAULT_TOLERANCE),
+    )
+    # Those without one coupling share one kernel.
+    compile_models(flight, (REFERENCE, *SIMPLER, next(iter(WITHOUT))))
+
+
 def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) -> dict[str, Any]:
     """Return the error of each model at the moderate load, and the highest tolerable frequency.
 
@@ -50,7 +68,9 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
     are None if no loop holds the position, there is no error, or nothing oscillates.
     """
     excitation = EXCITATIONS[name]
-    errors = {model: float(e[0]) for model, e in _errors(vehicle, name, [MODERATE], loop).items()}
+    places, periods = np.empty((2, 0)) if excitation.on is None else tried(vehicle, loop)
+    flown = _errors(vehicle, name, [MODERATE, *places], loop, periods=[0.0, *periods])
+    errors = {model: float(found[0]) for model, found in flown.items()}
     models: dict[str, dict[str, Any]] = {
         model: {"error": error, "tolerable": error <= tolerance, "limit_hz": None}
         for model, error in errors.items()
@@ -58,11 +78,10 @@ def excite(vehicle: Vehicle, name: str, tolerance: float, loop: Loop = NO_LOOP) 
     if excitation.on is not None:
         clamped = float(excited_arm(vehicle).frequency) / (2.0 * np.pi)
 
-        def finer(ratios: Array, model: str) -> Array:
-            return _errors(vehicle, name, ratios, loop)[model]
+        def finer(ratios: Array, model: Any) -> Array:
+            return _errors(vehicle, name, ratios, loop, models=(model,))[model]
 
-        places, alone = tried(vehicle, loop)
-        scanned = _errors(vehicle, name, places, loop, alone=alone)
+        scanned = {model: found[1:] for model, found in flown.items()}
         limits = find_limits(places, scanned, tolerance, finer, REFINED)
         for model, found in limits.items():
             models[model] |= {
@@ -139,29 +158,31 @@ def _errors(
     loop: Loop,
     longer: float = 1.0,
     least: float = 0.0,
-    alone: Array | None = None,
+    periods: Any = 0.0,
+    models: Sequence[Model] = SIMPLER,
 ) -> dict[str, Array]:
     """Return the error of each model at each frequency.
 
-    longer: longer than needed, by at least so many periods; alone: periods of flights (n,), 0 for
-    one that lasts as others do.
+    longer: longer than needed, by at least so many periods; periods: that a flight in a loop lasts
+    at the least, one number or (n,).
     """
     frequencies = np.asarray(frequencies, float)
-    errors: dict[str, Array] = {model: np.empty(len(frequencies)) for model in SIMPLER}
-    alone = np.zeros(len(frequencies)) if alone is None or not loop.settles else alone
-    shared = np.flatnonzero(alone == 0.0)
-    parts = [(shared[at], periods) for at, periods in _together(name, frequencies[shared], loop)]
-    parts += [(np.array([one]), float(alone[one])) for one in np.flatnonzero(alone)]
-    for at, periods in parts:
-        lasting = max(longer * periods, least)
-        found = flown_errors(vehicle, name, frequencies[at], loop, lasting)
-        for model in SIMPLER:
+    errors: dict[str, Array] = {model: np.empty(len(frequencies)) for model in models}
+    for at, needed in _together(name, frequencies, loop, periods):
+        lasting = max(longer * needed, least)
+        found = flown_errors(vehicle, name, frequencies[at], loop, lasting, models)
+        for model in models:
             errors[model][at] = found[model]
     return errors
 
 
-def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array, float]]:
-    """Return indices of frequencies (n,) of equal duration, and the duration [clamped periods]."""
+def _together(
+    name: str, frequencies: Array, loop: Loop, periods: Any = 0.0
+) -> Iterator[tuple[Array, float]]:
+    """Return indices of frequencies (n,) of equal duration, and the duration [clamped periods].
+
+    It is what the flight of them needs that needs the longest; periods: as in `_errors`.
+    """
     if EXCITATIONS[name].on is None or not loop.closed:
         yield np.arange(len(frequencies)), PERIODS
         return
@@ -169,10 +190,11 @@ def _together(name: str, frequencies: Array, loop: Loop) -> Iterator[tuple[Array
         # Sideways the models drift apart as long as they fly: all alike, as the slowest must.
         yield np.arange(len(frequencies)), LONGEST
         return
-    longer = least_periods(frequencies) / PERIODS
-    steps = np.ceil(np.log(longer) / np.log(_LONGER) - 1e-9)
+    needed = np.maximum(least_periods(frequencies), periods)
+    steps = np.ceil(np.log(needed / PERIODS) / np.log(_LONGER) - 1e-9)
     for step in np.unique(steps):
-        yield np.flatnonzero(steps == step), PERIODS * _LONGER**step
+        at = np.flatnonzero(steps == step)
+        yield at, float(needed[at].max())
 
 
 def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, float]:

@@ -7,7 +7,7 @@ angle between the tips [rad].
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
@@ -19,26 +19,24 @@ from continuair.analysis.excited import excited_arm
 from continuair.analysis.groups import place
 from continuair.controllers.controller import Controller
 from continuair.controllers.gain_files import Gains, load_gains
-from continuair.kernels.dynamics import REFERENCE, SIMPLER
+from continuair.kernels.dynamics import SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import without_rotors
-from continuair.studies.advise.excitations import attribute, excite, missed
+from continuair.studies.advise.excitations import attribute, compile_all, excite, missed
 from continuair.studies.advise.frequencies import LONGEST, hovering
 from continuair.studies.advise.notes import notes
 from continuair.studies.advise.own_law import check_own, own_loop
+from continuair.studies.advise.step_cost import step_cost
 from continuair.studies.advise.tracking import tracking_limit, tracking_notes
 from continuair.studies.advise.verdicts import TASKS, cost_verdict, verdict
-from continuair.studies.excited_flights import CYCLES, Loop
+from continuair.studies.excited_flights import CYCLES, NO_LOOP, Loop
 from continuair.studies.standard_excitations import PERIODS, standard_scenario
 from continuair.studies.standard_loops import bent_growth, hover_loop
-from continuair.studies.timing import flight_alone, median_ratios
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 PIXELS = 0.7
 """Tolerated |DS| by default [px]."""
-
-_STEPS, _REPEATS = 20_000, 11
 
 _LIFT_AND_MOMENTS = 4
 """Rank of the wrench of a law that tilts to move."""
@@ -144,7 +142,7 @@ def advise(
         steps.begin(task)
         tracked[task] = tracking_limit(wrench, letter, law, SIMPLER, tolerance.pixels)
     steps.begin("cost of a step")
-    cost = step_cost(vehicle)
+    cost = step_cost(vehicle, flown if names else NO_LOOP)
     results: dict[str, Any] = {
         "study": "advise",
         "vehicle": vehicle.describe(),
@@ -214,6 +212,8 @@ def _excitations(
 ) -> dict[str, Any]:
     """Return the findings of each excitation, with the coupling that causes its error."""
     found: dict[str, Any] = {}
+    if names:
+        compile_all(vehicle, loop)
     for name in names:
         steps.begin(f"excitation {name}")
         found[name] = excite(vehicle, name, tolerance, loop)
@@ -223,16 +223,3 @@ def _excitations(
         couplings, error = attribute(vehicle, name, loop), part["models"]["decoupled"]["error"]
         part |= {"couplings": couplings, "responsible": missed(couplings, error)}
     return found
-
-
-def step_cost(vehicle: Vehicle) -> dict[str, float]:
-    """Return the median time of a model's step over that of the coupled one, measured in turns.
-
-    Flights are on one thread, without their preparation.
-    """
-    scenario = standard_scenario("release", vehicle)
-    step = scenario.duration / _STEPS
-    flights: dict[str, Callable[[], object]] = {
-        model: flight_alone(vehicle, scenario, model, step=step) for model in (REFERENCE, *SIMPLER)
-    }
-    return median_ratios(flights, REFERENCE, _REPEATS)
