@@ -66,34 +66,41 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
     @wp.func
     def factored(M: Square):
         """Return the factors of M, from its upper triangle."""
-        out = Factors()
+        U = Square()
+        inverse = Bends()
         for h in range(bends):
             for i in range(h):
                 for j in range(i):
-                    M[i, h] = M[i, h] - out.U[j, i] * M[j, h]
+                    M[i, h] = M[i, h] - U[j, i] * M[j, h]
             for j in range(h):
-                share = M[j, h] * out.inverse[j]
-                out.U[j, h] = share
+                share = M[j, h] * inverse[j]
+                U[j, h] = share
                 M[h, h] = M[h, h] - share * M[j, h]
-            out.inverse[h] = one / M[h, h]
+            inverse[h] = one / M[h, h]
+        out = Factors()
+        out.U = U
+        out.inverse = inverse
         return out
 
     @wp.func
     def forward(f: Factors, r: Bends):
         """Return U⁻ᵀ r."""
+        U = f.U
         for i in range(bends):
             for j in range(i):
-                r[i] = r[i] - f.U[j, i] * r[j]
+                r[i] = r[i] - U[j, i] * r[j]
         return r
 
     @wp.func
     def backward(f: Factors, r: Bends):
         """Return (D U)⁻¹ r."""
+        U = f.U
+        inverse = f.inverse
         for i in range(bends):
-            r[i] = f.inverse[i] * r[i]
+            r[i] = inverse[i] * r[i]
         for i in range(last, 0, -1):
             for j in range(i):
-                r[j] = r[j] - f.U[j, i] * r[i]
+                r[j] = r[j] - U[j, i] * r[i]
         return r
 
     @wp.func
@@ -116,14 +123,19 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
     @wp.func
     def about_common_centre(mass: Real, c: vec3, total: Total):
         """Return M and L with translation eliminated; c: the common centre of mass."""
+        F = total.F
+        L = total.L
+        M = total.M
         for j in range(bends):
-            on = column(total.F, j)
+            on = column(F, j)
             about = wp.cross(c, on)
             for k in range(3):
-                total.L[k, j] = total.L[k, j] - about[k]
+                L[k, j] = L[k, j] - about[k]
             for i in range(j):
-                total.M[i, j] = total.M[i, j] - wp.dot(column(total.F, i), on) / mass
-            total.M[j, j] = total.M[j, j] - wp.dot(on, on) / mass
+                M[i, j] = M[i, j] - wp.dot(column(F, i), on) / mass
+            M[j, j] = M[j, j] - wp.dot(on, on) / mass
+        total.L = L
+        total.M = M
         return total
 
     @wp.func
@@ -133,26 +145,31 @@ def elimination_code(numbers: Numbers, tree: Tree) -> EliminationCode:
         about = about_common_centre(mass, c, total)
         f = factored(about.M)
         L = about.L
+        U = f.U
+        inverse = f.inverse
+        F = total.F
         for i in range(bends):
             for j in range(i):
                 for k in range(3):
-                    L[k, i] = L[k, i] - f.U[j, i] * L[k, j]
+                    L[k, i] = L[k, i] - U[j, i] * L[k, j]
         r = forward(f, rows.bend)
         schur = inertia - between(c, vec3(), mass, mat33())
         moment = rows.moment - wp.cross(c, rows.force)
         for j in range(bends):
             turn = column(L, j)
-            scaled = f.inverse[j] * turn
+            scaled = inverse[j] * turn
             schur -= wp.outer(scaled, turn)
             moment -= r[j] * scaled
         out = Accelerations()
         out.spin = inverse_of(schur) * moment
+        spin = out.spin
         for j in range(bends):
-            r[j] = r[j] - wp.dot(column(L, j), out.spin)
-        out.bend = backward(f, r)
+            r[j] = r[j] - wp.dot(column(L, j), spin)
+        bent = backward(f, r)
+        out.bend = bent
         moved = wp.cross(out.spin, total.H)
         for j in range(bends):
-            moved += out.bend[j] * column(total.F, j)
+            moved += bent[j] * column(F, j)
         out.base = (rows.force - moved) / mass
         return out
 

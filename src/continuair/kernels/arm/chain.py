@@ -106,6 +106,8 @@ def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
             body = c.body
             F = c.F
             L = c.L
+            M = c.M
+            bend = c.bend
             if wp.static(turned):
                 body = turned_by(T, body)
                 F = T * F
@@ -125,9 +127,9 @@ def chain_code(numbers: Numbers, tree: Tree, bias: str) -> ChainCode:
                 for r in range(3):
                     total.F[r, first + j] = on[r]
                     total.L[r, first + j] = about[r]
-                total.bend[first + j] = c.bend[j]
+                total.bend[first + j] = bend[j]
                 for r in range(count):
-                    total.M[first + r, first + j] = c.M[r, j]
+                    total.M[first + r, first + j] = M[r, j]
             return total
 
         return add
@@ -204,15 +206,21 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
     @wp.func
     def carried_by_base(e: Element, mass: Real, b: Bias, carried: Carried):
         """Return a bias with the bias accelerations of the base, linear only at the mount."""
-        b.force += mass * carried.base
-        b.moment += wp.cross(e.H, carried.base)
+        F = e.F
+        L = e.L
+        coordinates = b.coordinates
+        base = carried.base
+        b.force += mass * base
+        b.moment += wp.cross(e.H, base)
         for k in range(n):
-            b.coordinates[k] = b.coordinates[k] + wp.dot(column(e.F, k), carried.base)
+            coordinates[k] = coordinates[k] + wp.dot(column(F, k), base)
         if wp.static(not first):
             b.force += wp.cross(carried.spin, e.H)
             b.moment += e.I * carried.spin
+            spin = carried.spin
             for k in range(n):
-                b.coordinates[k] = b.coordinates[k] + wp.dot(column(e.L, k), carried.spin)
+                coordinates[k] = coordinates[k] + wp.dot(column(L, k), spin)
+        b.coordinates = coordinates
         return b
 
     @wp.func
@@ -248,24 +256,34 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
         out.body.moment = b.bending.moment
         out.body.turning_force = b.turning.force
         out.body.turning_moment = b.turning.moment
+        own_F = e.F
+        own_L = e.L
+        N = e.N
+        coordinates = b.bending.coordinates
         for k in range(n):
             for r in range(3):
-                out.F[r, k] = e.F[r, k]
-                out.L[r, k] = e.L[r, k]
+                out.F[r, k] = own_F[r, k]
+                out.L[r, k] = own_L[r, k]
             for r in range(n):
-                out.M[r, k] = e.N[r, k]
-            out.bend[k] = b.bending.coordinates[k]
+                out.M[r, k] = N[r, k]
+            out.bend[k] = coordinates[k]
         return out
 
     @wp.func
     def with_body(out: Chain, j: Joint, m: Real, body: Rigid):
         """Add a rigid body of mass m at the tip, in the section's axes."""
-        H, I, f = body.H, body.I, body.force
+        H, I, f, about_tip = body.H, body.I, body.force, body.moment
+        P = j.P
+        W = j.W
+        F = out.F
+        L = out.L
+        M = out.M
+        bend = out.bend
         on = Loads()
         about = Loads()
         for k in range(n):
-            p = column(j.P, k)
-            w = column(j.W, k)
+            p = column(P, k)
+            w = column(W, k)
             u = m * p + wp.cross(w, H)
             v = wp.cross(H, p) + I * w
             for r in range(3):
@@ -274,25 +292,29 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
         out.body.I += between(j.p, H, m, I)
         out.body.H += H + m * j.p
         out.body.force += f
-        out.body.moment += body.moment + wp.cross(j.p, f)
+        out.body.moment += about_tip + wp.cross(j.p, f)
         out.body.turning_force += body.turning_force
         out.body.turning_moment += body.turning_moment + wp.cross(j.p, body.turning_force)
         for k in range(n):
-            p = column(j.P, k)
-            w = column(j.W, k)
+            p = column(P, k)
+            w = column(W, k)
             u = column(on, k)
             v = column(about, k)
-            out.M[k, k] += wp.dot(p, u) + wp.dot(w, v)
+            M[k, k] = M[k, k] + (wp.dot(p, u) + wp.dot(w, v))
             for i in range(k):
                 # Symmetric: from a column and the body's reaction to another.
-                shared = wp.dot(column(j.P, i), u) + wp.dot(column(j.W, i), v)
-                out.M[i, k] += shared
-                out.M[k, i] += shared
-            out.bend[k] = out.bend[k] + (wp.dot(p, f) + wp.dot(w, body.moment))
+                shared = wp.dot(column(P, i), u) + wp.dot(column(W, i), v)
+                M[i, k] = M[i, k] + shared
+                M[k, i] = M[k, i] + shared
+            bend[k] = bend[k] + (wp.dot(p, f) + wp.dot(w, about_tip))
             lever = v + wp.cross(j.p, u)
             for r in range(3):
-                out.F[r, k] += u[r]
-                out.L[r, k] += lever[r]
+                F[r, k] = F[r, k] + u[r]
+                L[r, k] = L[r, k] + lever[r]
+        out.F = F
+        out.L = L
+        out.M = M
+        out.bend = bend
         return out
 
     InnerChain = inner.Chain if inner else Chain
@@ -301,22 +323,34 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
     @wp.func
     def brought(out: Chain, j: Joint, c: InnerChain):
         """Add the columns of the coordinates beyond the joint."""
-        F = j.R * c.F
-        L = j.R * c.L
+        inner_F = j.R * c.F
+        inner_L = j.R * c.L
+        inner_M = c.M
+        inner_bend = c.bend
+        P = j.P
+        W = j.W
+        F = out.F
+        L = out.L
+        M = out.M
+        bend = out.bend
         for k in range(others):
-            on = vec3(F[0, k], F[1, k], F[2, k])
-            about = vec3(L[0, k], L[1, k], L[2, k])
+            on = vec3(inner_F[0, k], inner_F[1, k], inner_F[2, k])
+            about = vec3(inner_L[0, k], inner_L[1, k], inner_L[2, k])
             for i in range(n):
-                shared = wp.dot(column(j.P, i), on) + wp.dot(column(j.W, i), about)
-                out.M[i, k + n] = shared
-                out.M[k + n, i] = shared
+                shared = wp.dot(column(P, i), on) + wp.dot(column(W, i), about)
+                M[i, k + n] = shared
+                M[k + n, i] = shared
             about += wp.cross(j.p, on)
             for r in range(3):
-                out.F[r, k + n] = on[r]
-                out.L[r, k + n] = about[r]
-            out.bend[k + n] = c.bend[k]
+                F[r, k + n] = on[r]
+                L[r, k + n] = about[r]
+            bend[k + n] = inner_bend[k]
             for r in range(others):
-                out.M[r + n, k + n] = c.M[r, k]
+                M[r + n, k + n] = inner_M[r, k]
+        out.F = F
+        out.L = L
+        out.M = M
+        out.bend = bend
         return out
 
     @wp.func
