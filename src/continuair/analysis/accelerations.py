@@ -16,7 +16,7 @@ from continuair.typing import Array, ArrayLike, Model
 from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.coordinates import branches_of, paper_accelerations, state_from_paper
 from continuair.vehicle.layout import FIELDS, GENERAL, PAPER, TIP
-from continuair.vehicle.vehicle import Vehicle, check_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_arcs, check_vehicle
 
 _REGULAR = 1e-9
 """Smallest |cos θ| at which Euler accelerations keep significant digits."""
@@ -71,6 +71,7 @@ def forward_dynamics(
     Eq. of motion, Amiri et al. (2026). ψ̈a is divided by κ: |κ| below κ_s counts as κ_s (Remark 1).
     """
     gravity = _checked(vehicle, model, gravity, dtype, device)
+    check_arcs(vehicle)
     layout = vehicle.layout
     arrays = {
         name: checks.rows(name, value, width)
@@ -207,7 +208,7 @@ def accelerations(
         states[:, getattr(layout, name)] = arrays[name]
     for name in ("force", "moment", "bend_moment", "tip_wrench"):
         inputs[0, :, layout.of_input[name]] = arrays[name]
-    engine = Engine(vehicle, model, dtype, device)
+    engine = Engine(vehicle, model, dtype, device, strain=True)
     # No polar torque acts, so the sign of the bend direction is not needed.
     start = Start(states, np.zeros((n, layout.branch_angles)))
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity), compiled=True)

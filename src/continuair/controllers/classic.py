@@ -14,7 +14,7 @@ from continuair.controllers.controller import Controller
 from continuair.controllers.definite import definite_code
 from continuair.controllers.inertias import camera_inertia
 from continuair.kernels.sensing.sense import LawCode
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_arcs
 
 
 def classic(
@@ -43,6 +43,7 @@ def classic(
     InputError
         If `vehicle` is a batch, or a rate is not positive.
     """
+    check_arcs(vehicle)
     settings = {
         "rate": checks.positive("rate", rate),
         "inner": checks.positive("inner", inner),

@@ -25,7 +25,7 @@ from continuair.controllers.flight import FlightChoices, cascade_parts, flight_c
 from continuair.device.types import device_types
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.sense import LawCode
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_arcs
 
 
 def twist_servoing(
@@ -71,6 +71,7 @@ def twist_servoing(
     whatever their bandwidth. The law uses no position measurement, so its noise has no effect.
     `simulate` raises InputError for a scenario with set-points.
     """
+    check_arcs(vehicle)
     rate, ahead, share = (
         checks.positive("servo", servo, " [1/s]"),
         checks.flag("feed_forward", feed_forward),

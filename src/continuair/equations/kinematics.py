@@ -23,7 +23,7 @@ from continuair.errors import InputError, shown
 from continuair.typing import ArrayLike
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.section import Section
-from continuair.vehicle.vehicle import Vehicle, check_has_arms
+from continuair.vehicle.vehicle import Vehicle, check_arcs, check_has_arms
 
 Pose: TypeAlias = tuple[Array, Array]
 """Origin (3,) [m] and axes (3, 3) in body axes."""
@@ -142,6 +142,7 @@ def unbounded(vehicle: Vehicle) -> Vehicle:
 
 def check_coordinates(name: str, value: ArrayLike, vehicle: Vehicle) -> None:
     """Raise InputError unless a value has the shape of one q of the vehicle; it may be complex."""
+    check_arcs(vehicle)
     expected = (vehicle.layout.coordinates,)
     if np.shape(value) != expected:
         raise InputError(name, f"has shape {np.shape(value)}", f"give an array of shape {expected}")

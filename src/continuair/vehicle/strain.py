@@ -88,22 +88,28 @@ CONSTANT = Orders(0)
 """Bending that is constant along the section, as of an arc."""
 
 
-def polynomials(count: int, shares: Array) -> Array:
-    """Return the first shifted Legendre polynomials.
+def mode_shapes(count: int, shares: Array) -> tuple[Array, Array]:
+    """Return deflections and slopes of a straight clamped section of length 1 per coordinate.
 
     Parameters
     ----------
     count : int
-        Number of polynomials, of orders 0, 1, …
-    shares : ndarray
-        Arc lengths over the length, from 0 to 1, of any shape.
+        Number of coordinates of the bend in one direction.
+    shares : ndarray, shape (n,)
+        Arc lengths over the length, from 0 to 1.
 
     Returns
     -------
-    ndarray
-        Of shape (\\*shares.shape, count).
+    deflections, slopes : ndarray, shape (n, count)
+        Integrals, once and twice, of the shifted Legendre polynomials.
     """
-    return np.asarray(legendre.legvander(2.0 * shares - 1.0, max(count - 1, 0))[..., :count])
+    y = 2.0 * shares - 1.0
+    slopes, deflections = np.empty((len(y), count)), np.empty((len(y), count))
+    for order in range(count):
+        bend = legendre.Legendre.basis(order)
+        slopes[:, order] = bend.integ(1, lbnd=-1.0)(y) / 2.0
+        deflections[:, order] = bend.integ(2, lbnd=-1.0)(y) / 4.0
+    return deflections, slopes
 
 
 _HIGHEST = {"bending": 3, "twist": 2, "stretch": 1, "shear": 1}

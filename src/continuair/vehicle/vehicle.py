@@ -425,6 +425,24 @@ def check_vehicle(value: object) -> Vehicle:
     return value
 
 
+def check_arcs(vehicle: Vehicle) -> None:
+    """Raise InputError for a vehicle with a section whose strain varies.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Vehicle, plain or batched.
+    """
+    for arm in vehicle.arms:
+        for section in arm.section:
+            if not section.polar:
+                raise InputError(
+                    "strain",
+                    f"of {shown(vehicle.name)} varies along a section, which this cannot use yet",
+                    "give all sections bending = 0, or use continuair.accelerations",
+                )
+
+
 def check_has_arms(vehicle: Vehicle) -> None:
     """Raise InputError for a vehicle without arms.
 
@@ -514,9 +532,10 @@ def check_single_vehicle(value: object) -> Vehicle:
     Raises
     ------
     InputError
-        If the value is a batch, or not a vehicle.
+        If the value is a batch, not a vehicle, or has a section whose strain varies.
     """
     vehicle = check_vehicle(value)
+    check_arcs(vehicle)
     if vehicle.runs is not None:
         raise InputError(
             "vehicle",

@@ -17,11 +17,11 @@ from continuair.device.types import MAX_BEND_ANGLE, Tree, device_types
 from continuair.sections.kind import SectionCode, SectionKind
 from continuair.sections.strain.element import BODIES, element_code
 from continuair.sections.strain.nodes import gathered, integration
-from continuair.vehicle.strain import COMPONENTS, Orders
 from continuair.sections.strain.place import place_code
 from continuair.typing import Array
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import Section
+from continuair.vehicle.strain import COMPONENTS, Orders
 
 
 @dataclass(frozen=True)
@@ -207,9 +207,7 @@ class StrainField(SectionKind):
 
 
 @cache
-def _device(
-    numbers: Numbers, tree: Tree, orders: Orders, nodes: int, section: int
-) -> SectionCode:
+def _device(numbers: Numbers, tree: Tree, orders: Orders, nodes: int, section: int) -> SectionCode:
     of = numbers, tree, orders, nodes, section
     of_element, of_place = element_code(*of), place_code(*of)
     types, layout = device_types(numbers, tree), tree.layout

@@ -16,7 +16,9 @@ _TOOLS = """
     typedef decltype(zero) R;
     typedef wp::vec_t<3, R> V;
     struct Axes {{ V x, y, z; }};
-    auto dot = [](const V& a, const V& b) {{ return a.c[0] * b.c[0] + a.c[1] * b.c[1] + a.c[2] * b.c[2]; }};
+    auto dot = [](const V& a, const V& b) {{
+        return a.c[0] * b.c[0] + a.c[1] * b.c[1] + a.c[2] * b.c[2];
+    }};
     auto cross = [](const V& a, const V& b) {{
         return V(a.c[1] * b.c[2] - a.c[2] * b.c[1], a.c[2] * b.c[0] - a.c[0] * b.c[2],
                  a.c[0] * b.c[1] - a.c[1] * b.c[0]);
@@ -43,7 +45,9 @@ _TOOLS = """
             b += s[3] * u[1] + s[2] * u[0];
             c += s[0] * u[1] - s[1] * u[0];
             d -= s[0] * u[0] + s[1] * u[1];
-            if ({twists}) {{ a += s[1] * u[2]; b -= s[0] * u[2]; c += s[3] * u[2]; d -= s[2] * u[2]; }}
+            if ({twists}) {{
+                a += s[1] * u[2]; b -= s[0] * u[2]; c += s[3] * u[2]; d -= s[2] * u[2];
+            }}
         }}
         R part = R(1.0 / (k + 1));
         series[k + 1][0] = part * a; series[k + 1][1] = part * b;
@@ -187,7 +191,8 @@ _SECTION = """
         I[2] += jz.c[0] * z.c[2] - mr.c[0] * r.c[2]; I[3] += jz.c[1] * z.c[1] - mr.c[1] * r.c[1];
         I[4] += jz.c[1] * z.c[2] - mr.c[1] * r.c[2]; I[5] += jz.c[2] * z.c[2] - mr.c[2] * r.c[2];
         const V force = scaled(mass, a[i]);
-        const V moment = scaled(aside, alpha[i]) + scaled(dot(jz, alpha[i]), z) + scaled(along * zt, tz);
+        const V moment = scaled(aside, alpha[i]) + scaled(dot(jz, alpha[i]), z)
+            + scaled(along * zt, tz);
         f0 = f0 + force;
         n0 = n0 + cross(r, force) + moment;
         // The part linear in x = v + share w of the moment, r×m(x×v) and the turning of the slice.
@@ -206,7 +211,9 @@ _SECTION = """
             R pushed = dot(Pj, force);
             R* s = S[j];
             const R mPr = dot(mP, r);
-            s[0] += mP.c[0] * r.c[0] - mPr; s[3] += mP.c[1] * r.c[1] - mPr; s[5] += mP.c[2] * r.c[2] - mPr;
+            s[0] += mP.c[0] * r.c[0] - mPr;
+            s[3] += mP.c[1] * r.c[1] - mPr;
+            s[5] += mP.c[2] * r.c[2] - mPr;
             s[1] += half * (mP.c[0] * r.c[1] + mP.c[1] * r.c[0]);
             s[2] += half * (mP.c[0] * r.c[2] + mP.c[2] * r.c[0]);
             s[4] += half * (mP.c[1] * r.c[2] + mP.c[2] * r.c[1]);
@@ -232,7 +239,8 @@ _SECTION = """
         }}
     }}
     out.H = H;
-    out.I = wp::mat_t<3, 3, R>(I[0] + trace, I[1], I[2], I[1], I[3] + trace, I[4], I[2], I[4], I[5] + trace);
+    out.I = wp::mat_t<3, 3, R>(I[0] + trace, I[1], I[2], I[1], I[3] + trace, I[4], I[2], I[4],
+                               I[5] + trace);
     for (int k = 0; k < 3; ++k) for (int j = 0; j < 3; ++j) out.exchange.data[k][j] = E[k][j];
     out.force = f0;
     out.moment = n0;

@@ -1,0 +1,82 @@
+"""Functions that cannot use a strain that varies say so, and impossible strains are refused."""
+
+import inspect
+from typing import Any
+
+import pytest
+
+import continuair as ca
+from tests.refusals import refused
+from tests.sections.strains import flying, rod
+
+LINEAR = flying(rod(bending=1))
+
+USE_IT = {"accelerations"}
+"""Functions that sections of any kind can be given to."""
+
+
+def of_vehicles() -> dict[str, Any]:
+    """Return the public functions whose first argument is a vehicle."""
+    found: dict[str, Any] = {}
+    for name in ca.__all__:
+        each = getattr(ca, name)
+        if inspect.isfunction(each):
+            first = next(iter(inspect.signature(each).parameters), "")
+            found |= {name: each} if first == "vehicle" else {}
+    return found
+
+
+def arguments(function: Any) -> dict[str, Any]:
+    """Return arguments that an arm of one arc could be given."""
+    values = {
+        "scenario": ca.Scenario("rest", q=[0, 0, 1, 0, 0, 0, 0.1, 0]),
+        "q": [0.0] * 8, "qd": [0.0] * 8, "position": [0, 0, 1], "bandwidth": 3.0, "path": "a.xml",
+        "cost": lambda flight: 0.0, "flight": None,
+    }  # fmt: skip
+    given = inspect.signature(function).parameters.values()
+    return {
+        each.name: values[each.name]
+        for each in given
+        if each.default is each.empty and each.name in values
+    }
+
+
+def test_there_are_such_functions() -> None:
+    assert len(of_vehicles()) > 15 and set(of_vehicles()) >= USE_IT
+
+
+@pytest.mark.parametrize("name", sorted(set(of_vehicles()) - USE_IT))
+def test_functions_for_arcs_refuse_a_strain_that_varies(name: str) -> None:
+    function = of_vehicles()[name]
+    with refused("strain"):
+        function(LINEAR, **arguments(function))
+
+
+def test_simulations_refuse_a_strain_that_varies() -> None:
+    with refused("strain"):
+        ca.Simulation(LINEAR, arguments(ca.simulate)["scenario"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"bending": 4}, "arm.0.section.0.strain.bending"),
+        ({"bending": 1, "twist": 3}, "arm.0.section.0.strain.twist"),
+        ({"bending": 1, "stretch": 2}, "arm.0.section.0.strain.stretch"),
+        ({"bending": 2, "nodes": 2}, "arm.0.section.0.nodes"),
+        ({"bending": 1, "nodes": 40}, "arm.0.section.0.nodes"),
+        ({"bending": 0, "nodes": 6}, "arm.0.section.0.nodes"),
+        ({"bending": 1, "twist": 0, "poisson_ratio": None}, "arm.0.section.0.poisson_ratio"),
+        ({"bending": 1, "twist": 0, "poisson_ratio": 0.6}, "arm.0.section.0.poisson_ratio"),
+    ],
+)
+def test_impossible_strains_are_refused(changes: dict[str, Any], field: str) -> None:
+    with refused(field):
+        flying(rod(**changes))
+
+
+def test_coordinates_of_arcs_and_of_strains_are_not_mixed_up() -> None:
+    with refused("bend"):
+        ca.accelerations(LINEAR, bend=[[1.0, 0.0]])
+    with refused("strain_rate"):
+        ca.accelerations(ca.load_vehicle("paper"), strain_rate=[1.0, 0.0])
