@@ -190,6 +190,7 @@ def test_numbers_that_make_the_error_explain_it_and_others_do_not() -> None:
     assert frequency == pytest.approx(parts[2] / parts.sum(), abs=0.05)
 
 
+@pytest.mark.long
 def test_the_judge_knows_a_rule_that_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
     flights = made_up(300)
     monkeypatch.setattr(
@@ -322,6 +323,7 @@ def test_a_map_tells_its_tolerance_and_whether_the_rule_is_kept_to(
     assert ("2 % to 5 %" in texts) == (tolerance > 0.05)
 
 
+@pytest.mark.long
 def test_figures_show_a_vehicle_where_it_is(summary: xr.Dataset, tmp_path: Path) -> None:
     groups = {"mass_ratio": 0.04, "gravity_number": 0.74, "bandwidth": 1.3, "coupling": 0.42}
     figure = figures.limits_map(summary, groups, label="mine")

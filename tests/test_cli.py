@@ -168,6 +168,7 @@ def test_ctrl_c_before_anything_else_loads_is_told_without_a_traceback() -> None
     assert set(ast.literal_eval(done.stdout)) <= {"continuair", "importlib", "_signal", "warnings"}
 
 
+@pytest.mark.long
 def test_a_terminal_of_plain_letters_gets_the_table_with_what_it_lacks_replaced() -> None:
     done = command("check", "paper", env={"PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0, done.stderr
@@ -247,6 +248,7 @@ def test_an_interrupted_rerun_leaves_no_mixture_and_says_so(
     assert "INCOMPLETE.txt" not in names and "overview.png" in names
 
 
+@pytest.mark.long
 def test_a_study_that_cannot_fly_leaves_no_folder_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any, **__: Any) -> None:
         raise InputError("flight", "cannot be simulated", "give another scenario")
@@ -323,6 +325,7 @@ def test_json_replaces_what_an_earlier_run_wrote_and_fills_an_empty_file() -> No
         assert json.loads(Path(name).read_text("utf-8"))["study"] == "open_loop"
 
 
+@pytest.mark.long
 def test_a_folder_in_the_place_of_a_result_is_refused_and_kept() -> None:
     assert run("open-loop", "--tests", "A", "--out", "out").exit_code == 0
     Path("out/overview.png").unlink()

@@ -33,6 +33,7 @@ def test_the_readmes_examples_run_on_their_own(tmp_path: Path) -> None:
         _run(["-c", block], tmp_path, timeout=300)
 
 
+@pytest.mark.slow
 def test_every_example_of_a_page_runs_without_those_before_it(tmp_path: Path) -> None:
     assert any(_BLOCK.search(page.read_text(encoding="utf-8")) for page in EXAMPLES)
     _run([str(ALONE), *map(str, EXAMPLES)], tmp_path, timeout=600)

@@ -231,6 +231,7 @@ def test_a_sweep_flown_once_is_the_sweep_of_the_study(flown: study.Sensitivity) 
     assert len(ours["between"]["value"]) == once.VALUES
 
 
+@pytest.mark.long
 def test_a_straight_arm_at_the_start_is_bent_by_the_force_alone() -> None:
     """Its bend falls with the radius squared, and the travel of the mass with it."""
     found = once.sweep_once(load_vehicle("table1"), "arm radius", straight=True)["rows"]
@@ -465,6 +466,7 @@ def test_figures_name_values_that_have_not_converged(flown: study.Sensitivity) -
     assert "not resolved: 1 of UAV mass" in told.replace("\n", " ")
 
 
+@pytest.mark.long
 def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> None:
     """The nominal bend of 0.1 1/m is more than a full circle of an arm of 70 m."""
     long = PAPER.replace({"arm.length": 70.0})
@@ -561,6 +563,7 @@ def test_disks_move_along_with_the_length_of_their_arm() -> None:
         np.testing.assert_allclose(places, own, rtol=1e-15)
 
 
+@pytest.mark.long
 def test_words_figures_and_tables_say_whose_values_are_varied(
     flown: study.Sensitivity, tmp_path: Path
 ) -> None:
@@ -594,6 +597,7 @@ def test_the_command_varies_a_vehicle_about_its_own_values(
     assert asked == [False, True]
 
 
+@pytest.mark.long
 def test_the_command_writes_json_tables_and_figures(
     flown: study.Sensitivity, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

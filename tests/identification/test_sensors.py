@@ -226,6 +226,7 @@ def test_wrong_units_and_signs_raise_the_residual(sensor: str, factor: float, ke
     assert bad.doubts
 
 
+@pytest.mark.long
 def test_a_bias_beyond_those_of_sensors_is_reported() -> None:
     right = noisy(1)
     turned = right.accelerometer - [0.0, 0.0, 2.0 * 9.81]
@@ -233,6 +234,7 @@ def test_a_bias_beyond_those_of_sensors_is_reported() -> None:
     assert any(doubt.startswith("the accelerometer has a bias of 19.3") for doubt in found.doubts)
 
 
+@pytest.mark.long
 def test_the_command_takes_the_place_of_the_accelerometer_and_shows_biases(
     tmp_path: Path,
 ) -> None:

@@ -67,6 +67,7 @@ def test_an_episode_is_cut_off_after_its_steps_and_begins_anew() -> None:
     assert not reward.any() and not truncated.any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_each_mode_of_autoreset_does_what_gymnasium_does(mode: str) -> None:
     """Observations, rewards, ends and last observations; Gymnasium steps single environments."""
@@ -230,6 +231,7 @@ def _hover_action(vehicle: ca.Vehicle, count: int) -> Array:
     return np.full((count, vehicle.uav.rotors.count), share)
 
 
+@pytest.mark.long
 def test_a_law_on_what_is_observed_brings_disturbed_vehicles_to_their_goal() -> None:
     """Force towards the goal, attitude towards the force: each sign and unit takes part."""
     vehicle = default_vehicle()

@@ -335,6 +335,7 @@ def same_as_plain(found: Recording) -> None:
         np.testing.assert_array_equal(getattr(found, name), getattr(plain, name))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("of_folder", [True, False])
 @pytest.mark.parametrize(
     ("old", "new"),

@@ -156,6 +156,7 @@ def test_a_threshold_that_no_flight_reaches_changes_none() -> None:
     assert found.tip < 1e-6 and found.drift < 1e-6 and not found.ended
 
 
+@pytest.mark.long
 def test_a_threshold_that_the_arm_swings_through_changes_momentum_only_out_of_plane() -> None:
     in_plane, free = (regularised.fly_with(VEHICLE, test, 1e-3) for test in "BC")
     assert 0.0 < in_plane.drift < 1e-3 and in_plane.tip < 1e-3

@@ -239,6 +239,7 @@ def test_a_study_shows_the_flight_that_is_named_beside_the_decoupled_one(tmp_pat
     assert_refused(run(str(tmp_path / "study"), "--flight", "C"), "flight", "C")
 
 
+@pytest.mark.long
 def test_a_run_of_a_batch_has_the_vehicle_of_its_own(tmp_path: Path) -> None:
     lengths = np.array([0.5, 1.0, 1.5])
     vehicles = PAPER.replace({"arm.length": lengths})
