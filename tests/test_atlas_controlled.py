@@ -259,6 +259,7 @@ def test_limits_beyond_what_was_flown_give_no_verdict_that_hangs_on_them(
     assert [each.verdict for each in answers(tied)[:3]] == verdicts
 
 
+@pytest.mark.long
 def test_the_shipped_rule_is_true_of_new_flights(summary: xr.Dataset) -> None:
     """Limits of the two vehicles here, which a test of their own flights may not exceed."""
     both = {name: values[:2] for name, values in GROUPS.items()}

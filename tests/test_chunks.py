@@ -128,6 +128,7 @@ def recorder_of(runs: int, method: str) -> Recorder:
     return Recorder(flight, "coupled", ("tip_position",), "float64")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["Tsit5", "RK4"])
 def test_a_simulation_needs_memory_for_its_results_and_one_part(
     method: str, monkeypatch: pytest.MonkeyPatch

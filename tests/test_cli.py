@@ -204,6 +204,7 @@ def test_what_may_never_end_is_not_read(arguments: tuple[str, ...], field: str) 
         assert_refused(result, field, path)
 
 
+@pytest.mark.long
 def test_a_vehicle_that_loses_its_target_cannot_be_timed_and_says_so() -> None:
     result = run("cost", "--vehicle", str(Path(__file__).with_name("long_light_arm.toml")))
     assert_refused(result, "vehicle 'long_light_arm'", "coupled")
@@ -264,6 +265,7 @@ def test_a_study_that_cannot_fly_leaves_no_folder_behind(monkeypatch: pytest.Mon
     assert {path.name: path.read_bytes() for path in Path("mine").iterdir()} == before
 
 
+@pytest.mark.long
 def test_a_flight_of_too_many_steps_is_said_to_have_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "simulate", simulate)
     text = PAPER_TOML.replace("youngs_modulus = 207e9", "youngs_modulus = 1e30")

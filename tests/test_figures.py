@@ -451,6 +451,7 @@ def test_the_papers_largest_ds_is_told_of_its_vehicle_and_setting_only(
     assert name == "mine" or style.UNNAMED in words(found["ds_nominal"]).replace("\n", " ")
 
 
+@pytest.mark.long
 def test_letters_that_are_not_resolved_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     flights = loop()
     flights["error_estimate"].loc[{"model": "decoupled", "letter": "L"}] = 9e-3

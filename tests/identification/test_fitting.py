@@ -145,6 +145,7 @@ def test_parameters_that_only_act_together_are_reported_as_such() -> None:
     assert any("cannot tell" in doubt and "arm.radius" in doubt for doubt in together.doubts)
 
 
+@pytest.mark.long
 def test_all_fields_that_act_together_have_no_standard_errors() -> None:
     """Where no known force acts, masses, stiffness and damping times one factor fly the same, the
     mass and the damping with but a hundredth of the combination in columns of norm 1."""

@@ -186,6 +186,7 @@ def test_predicted_sensors_are_those_of_the_flight() -> None:
     np.testing.assert_allclose(np.concatenate(list(found.biases.values())), 0.0, atol=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2])
 def test_gyro_accelerometer_and_bend_alone_identify_a_vehicle(seed: int) -> None:
     recording = without(noisy(seed), "position", "attitude", "velocity")

@@ -39,6 +39,7 @@ def test_gymnasium_finds_no_fault_with_the_environment(options: dict[str, Any]) 
     check_env(env.unwrapped, skip_render_check=True)
 
 
+@pytest.mark.long
 def test_stepped_together_environments_do_what_they_do_one_by_one() -> None:
     """Ends and new beginnings included: thrusts at random let episodes end soon."""
     together, apart = vector(5), vector(5, vectorization_mode="sync")
@@ -105,6 +106,7 @@ def test_without_autoreset_ended_episodes_are_reset_by_a_mask() -> None:
     assert not env.step(_hover_action(ONE_SECTION, 2))[3].any()
 
 
+@pytest.mark.long
 def test_a_mask_resets_its_environments_and_leaves_the_others_as_they_are() -> None:
     env, same = vector(3), vector(3)
     mask = np.array([False, True, False])
@@ -169,6 +171,7 @@ def test_a_mask_before_the_first_reset_is_refused() -> None:
         vector(2).reset(options={"reset_mask": np.array([True, False])})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
 @pytest.mark.parametrize("count", [1, 3])
 def test_a_copy_continues_as_the_original_does(copied: Callable[[Any], Any], count: int) -> None:

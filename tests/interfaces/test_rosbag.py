@@ -278,6 +278,7 @@ def test_topics_of_clocks_that_never_meet_are_refused() -> None:
         read(NAMED | {"bend": "/arm/bend"}, TOPICS | {"/arm/bend": (kind, time + 100.0, rows)})
 
 
+@pytest.mark.long
 def test_the_command_identifies_from_a_bag_and_says_how_it_was_resampled() -> None:
     write_bag(Path("flight"), TOPICS)
     write_vehicle(START, "start.toml")

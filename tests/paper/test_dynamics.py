@@ -171,6 +171,7 @@ def test_at_a_length_of_one_metre_curvature_and_angle_are_one_reading() -> None:
         np.testing.assert_allclose(curvature, angle, rtol=1e-14)
 
 
+@pytest.mark.long
 def test_appendix_b_for_a_curvature_is_the_integrand_of_the_element(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -150,6 +150,7 @@ def test_equation_6_keeps_a_larger_curvature_and_replaces_both_signs_of_a_smalle
     assert kept == [-0.02, 0.01, 0.01, 0.01, 0.02]
 
 
+@pytest.mark.long
 def test_a_threshold_that_no_flight_reaches_changes_none() -> None:
     """In Test C |κ| of the preset stays above 1e-5 1/m."""
     found = regularised.fly_with(VEHICLE, "C", 1e-6)

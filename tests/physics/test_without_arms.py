@@ -166,6 +166,7 @@ def test_it_is_identified_from_a_recorded_flight() -> None:
     )
 
 
+@pytest.mark.long
 def test_it_is_written_checked_shown_and_exported(tmp_path: Path) -> None:
     (tmp_path / "quad.toml").write_text(as_toml(QUAD), encoding="utf-8")
     assert ca.load_vehicle(tmp_path / "quad.toml") == QUAD

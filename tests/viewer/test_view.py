@@ -118,6 +118,7 @@ def test_what_cannot_be_served_or_written_is_told_before_a_vehicle_flies(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("default::continuair.errors.ContinuairWarning")
 def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
     start = [0, 0, 3, 0, 0, 0, 6.0, 0.0, 0, 0]
