@@ -69,8 +69,7 @@ def test_the_growth_of_small_errors_is_that_of_a_flight(found: Theorem, fastest:
     assert size[-1] < 10.0
 
 
-@pytest.mark.long
-@pytest.mark.slow
+@pytest.mark.soak
 def test_flights_that_diverge_do_so_at_a_finer_tolerance_too_and_at_the_same_time(
     found: Theorem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
