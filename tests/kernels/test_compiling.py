@@ -96,7 +96,12 @@ def test_stderr_is_not_needed(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "damage"),
-    [(".o", "cut"), (".meta", "emptied"), (".o", "flipped"), (".meta", "a folder")],
+    [
+        (".o", "flipped"),
+        (".meta", "emptied"),
+        pytest.param(".o", "cut", marks=pytest.mark.soak),
+        pytest.param(".meta", "a folder", marks=pytest.mark.soak),
+    ],
 )
 def test_what_is_damaged_in_the_cache_is_built_anew(caches: Path, suffix: str, damage: str) -> None:
     files = [path for path in caches.rglob(f"*{suffix}") if path.is_file()]
