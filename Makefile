@@ -7,6 +7,8 @@ WORKERS ?= 2
 
 VENV := .venv
 BIN := $(VENV)/bin
+# Compiled Python is kept, for the other processes and tiers of tests.
+export PYTHONDONTWRITEBYTECODE :=
 comma := ,
 # The package is installed in place, so that only these two files call for another installation.
 INPUTS := pyproject.toml constraints.txt

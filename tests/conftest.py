@@ -1,6 +1,11 @@
 """What all tests share."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import pytest
+import typer
+from typer.main import get_command
 
 from continuair.engine import builds
 
@@ -9,3 +14,19 @@ from continuair.engine import builds
 def _compiling_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whether kernels are in the cache changes no output that a test looks at."""
     monkeypatch.setattr(builds, "_SILENCE", 1e6)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _commands_are_made_once() -> Iterator[None]:
+    """What an application's functions become as commands is kept from one call to the next."""
+    kept: dict[Any, Any] = {}
+
+    def found(app: typer.Typer) -> Any:
+        key = app, len(app.registered_commands), len(app.registered_groups)
+        if key not in kept:
+            kept[key] = get_command(app)
+        return kept[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("typer.testing._get_command", found)
+        yield

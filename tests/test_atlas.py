@@ -185,6 +185,7 @@ def test_the_shipped_atlas_is_of_the_size_that_it_claims_and_small() -> None:
     assert shipped.stat().st_size < 300_000
 
 
+@pytest.mark.long
 def test_the_shipped_map_agrees_with_new_flights() -> None:
     """Half of new flights in a cell are above its median, and one in ten above its 90 %."""
     summary = load()

@@ -190,6 +190,7 @@ def test_numbers_that_make_the_error_explain_it_and_others_do_not() -> None:
     assert frequency == pytest.approx(parts[2] / parts.sum(), abs=0.05)
 
 
+@pytest.mark.long
 def test_the_judge_knows_a_rule_that_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
     flights = made_up(300)
     monkeypatch.setattr(
@@ -258,6 +259,7 @@ def test_limits_beyond_what_was_flown_give_no_verdict_that_hangs_on_them(
     assert [each.verdict for each in answers(tied)[:3]] == verdicts
 
 
+@pytest.mark.long
 def test_the_shipped_rule_is_true_of_new_flights(summary: xr.Dataset) -> None:
     """Limits of the two vehicles here, which a test of their own flights may not exceed."""
     both = {name: values[:2] for name, values in GROUPS.items()}
@@ -322,6 +324,7 @@ def test_a_map_tells_its_tolerance_and_whether_the_rule_is_kept_to(
     assert ("2 % to 5 %" in texts) == (tolerance > 0.05)
 
 
+@pytest.mark.long
 def test_figures_show_a_vehicle_where_it_is(summary: xr.Dataset, tmp_path: Path) -> None:
     groups = {"mass_ratio": 0.04, "gravity_number": 0.74, "bandwidth": 1.3, "coupling": 0.42}
     figure = figures.limits_map(summary, groups, label="mine")

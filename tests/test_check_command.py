@@ -56,6 +56,7 @@ def test_check_shows_the_fixed_step_that_a_heavily_damped_arm_needs() -> None:
         assert f"{1e3 * 0.2 / rate:.3g} ms" in shown
 
 
+@pytest.mark.long
 def test_check_shows_the_same_fastest_rate_in_a_wash() -> None:
     rotors = '[uav.rotors]\nlayout = "quad_x"\nlever = 0.2\nthrust_limits = [0.0, 20.0]\n'
     rotors += "torque_per_thrust = 0.016\nradius = 0.12\n\n[arm]\ndrag_coefficient = 1.1"

@@ -83,8 +83,14 @@ def in_small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:controller|error_estimate|step is")
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("made", [pushed, guided, seeing])
+@pytest.mark.parametrize(
+    ("made", "method"),
+    [
+        pytest.param(made, method, marks=[pytest.mark.long] if i != j else [])
+        for i, made in enumerate((pushed, guided, seeing))
+        for j, method in enumerate(METHODS)
+    ],
+)
 def test_runs_in_parts_are_those_of_the_whole_batch_bit_by_bit(
     made: Callable[[], tuple[ca.Vehicle, ca.Scenario]],
     method: str,
@@ -122,6 +128,7 @@ def recorder_of(runs: int, method: str) -> Recorder:
     return Recorder(flight, "coupled", ("tip_position",), "float64")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["Tsit5", "RK4"])
 def test_a_simulation_needs_memory_for_its_results_and_one_part(
     method: str, monkeypatch: pytest.MonkeyPatch

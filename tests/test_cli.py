@@ -168,6 +168,7 @@ def test_ctrl_c_before_anything_else_loads_is_told_without_a_traceback() -> None
     assert set(ast.literal_eval(done.stdout)) <= {"continuair", "importlib", "_signal", "warnings"}
 
 
+@pytest.mark.long
 def test_a_terminal_of_plain_letters_gets_the_table_with_what_it_lacks_replaced() -> None:
     done = command("check", "paper", env={"PYTHONIOENCODING": "ascii"})
     assert done.returncode == 0, done.stderr
@@ -203,6 +204,7 @@ def test_what_may_never_end_is_not_read(arguments: tuple[str, ...], field: str) 
         assert_refused(result, field, path)
 
 
+@pytest.mark.long
 def test_a_vehicle_that_loses_its_target_cannot_be_timed_and_says_so() -> None:
     result = run("cost", "--vehicle", str(Path(__file__).with_name("long_light_arm.toml")))
     assert_refused(result, "vehicle 'long_light_arm'", "coupled")
@@ -247,6 +249,7 @@ def test_an_interrupted_rerun_leaves_no_mixture_and_says_so(
     assert "INCOMPLETE.txt" not in names and "overview.png" in names
 
 
+@pytest.mark.long
 def test_a_study_that_cannot_fly_leaves_no_folder_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any, **__: Any) -> None:
         raise InputError("flight", "cannot be simulated", "give another scenario")
@@ -262,6 +265,7 @@ def test_a_study_that_cannot_fly_leaves_no_folder_behind(monkeypatch: pytest.Mon
     assert {path.name: path.read_bytes() for path in Path("mine").iterdir()} == before
 
 
+@pytest.mark.long
 def test_a_flight_of_too_many_steps_is_said_to_have_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "simulate", simulate)
     text = PAPER_TOML.replace("youngs_modulus = 207e9", "youngs_modulus = 1e30")
@@ -323,6 +327,7 @@ def test_json_replaces_what_an_earlier_run_wrote_and_fills_an_empty_file() -> No
         assert json.loads(Path(name).read_text("utf-8"))["study"] == "open_loop"
 
 
+@pytest.mark.long
 def test_a_folder_in_the_place_of_a_result_is_refused_and_kept() -> None:
     assert run("open-loop", "--tests", "A", "--out", "out").exit_code == 0
     Path("out/overview.png").unlink()

@@ -22,6 +22,7 @@ def run(target: str, code: str, *arguments: str, cache: Path) -> subprocess.Comp
     return subprocess.run(command, env=environment, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", ["pentium-9", "x86-64-v3 -O0"])
 def test_what_names_no_processor_is_told_in_one_sentence(target: str, tmp_path: Path) -> None:
     done = run(target, COMMAND, "check", "paper", cache=tmp_path)

@@ -208,6 +208,7 @@ def test_what_begins_from_next_to_nothing_is_met() -> None:
     assert float(found.linear_momentum[-1, 0]) == pytest.approx(impulse, rel=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.3, 0.001])
 @pytest.mark.parametrize("beside", ["a slow sine in another component", "the weight", "tau"])
 def test_a_burst_hides_behind_nothing_else(beside: str, share: float) -> None:

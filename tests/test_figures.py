@@ -439,6 +439,7 @@ def test_the_papers_speed_stands_beside_a_regular_one_with_a_word_on_its_spikes(
     assert "rounding" in words(one_letter.speed_of(dataset.sel(letter="M")))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["paper", "mine"])
 def test_the_papers_largest_ds_is_told_of_its_vehicle_and_setting_only(
     name: str, monkeypatch: pytest.MonkeyPatch
@@ -450,6 +451,7 @@ def test_the_papers_largest_ds_is_told_of_its_vehicle_and_setting_only(
     assert name == "mine" or style.UNNAMED in words(found["ds_nominal"]).replace("\n", " ")
 
 
+@pytest.mark.long
 def test_letters_that_are_not_resolved_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     flights = loop()
     flights["error_estimate"].loc[{"model": "decoupled", "letter": "L"}] = 9e-3
@@ -490,6 +492,7 @@ def test_no_legend_covers_a_curve(result: study.OpenLoop, monkeypatch: pytest.Mo
         assert_legends_cover_nothing(figure)
 
 
+@pytest.mark.long
 def test_every_flight_failing_is_drawn_and_said() -> None:
     dataset = loop()
     for model in dataset["model"].to_numpy():
@@ -501,6 +504,7 @@ def test_every_flight_failing_is_drawn_and_said() -> None:
         assert_legends_cover_nothing(figure)
 
 
+@pytest.mark.long
 def test_equal_results_give_equal_files_and_leave_the_settings_alone(
     result: study.OpenLoop, tmp_path: Path
 ) -> None:

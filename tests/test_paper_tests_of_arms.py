@@ -63,6 +63,7 @@ def test_the_tip_wrench_acts_on_the_arm_that_carries_the_camera(
     json.dumps(described)
 
 
+@pytest.mark.long
 def test_one_section_of_a_list_has_the_errors_of_a_table() -> None:
     one, twin = (open_loop(vehicle, "CD", ["decoupled"]) for vehicle in (PAPER, AS_LIST))
     assert "arms" not in twin.results
@@ -113,6 +114,7 @@ def dual() -> Tracking:
     return tracking(DUAL, "L", models=["decoupled"], settings=["fast"])
 
 
+@pytest.mark.long
 def test_one_section_of_a_list_tracks_as_that_of_a_table() -> None:
     table = PAPER.replace({"arm.damping_ratio": 0.03})
     studies = [

@@ -42,6 +42,7 @@ def modules_of(name: str) -> set[str]:
         return {name.replace("-", "_")}
 
 
+@pytest.mark.long
 def test_the_package_imports_nothing_that_it_does_not_declare() -> None:
     extras = PROJECT["optional-dependencies"]
     groups = [extras[name] for name in extras.keys() - NOT_OF_USERS]

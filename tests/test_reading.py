@@ -130,6 +130,7 @@ def test_what_a_flight_takes_is_known_before_it_is_flown(monkeypatch: pytest.Mon
         assert {key: flight[key].nbytes for key in needed} == needed
 
 
+@pytest.mark.long
 def test_results_that_do_not_fit_into_memory_are_refused_before_work_starts() -> None:
     vehicles = PAPER.replace({"uav.mass": np.linspace(2.0, 3.0, 10_000)})
     long = ca.Scenario("long", START, duration=50_000.0)

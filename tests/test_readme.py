@@ -25,6 +25,7 @@ SESSIONS = [page for page in PAGES if _IN_TURN in " ".join(page.read_text("utf-8
 EXAMPLES = [page for page in PAGES if page not in SESSIONS and page.name != "README.md"]
 
 
+@pytest.mark.slow
 def test_the_readmes_examples_run_on_their_own(tmp_path: Path) -> None:
     # A fresh interpreter for each, as a reader has it: no imports or warning filters of others.
     blocks = _BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
@@ -33,6 +34,7 @@ def test_the_readmes_examples_run_on_their_own(tmp_path: Path) -> None:
         _run(["-c", block], tmp_path, timeout=300)
 
 
+@pytest.mark.slow
 def test_every_example_of_a_page_runs_without_those_before_it(tmp_path: Path) -> None:
     assert any(_BLOCK.search(page.read_text(encoding="utf-8")) for page in EXAMPLES)
     _run([str(ALONE), *map(str, EXAMPLES)], tmp_path, timeout=600)

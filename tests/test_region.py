@@ -49,6 +49,7 @@ def test_what_is_in_view_does_not_depend_on_where_straightness_begins(
     assert 0.2 < ladder.mean() < 1.0
 
 
+@pytest.mark.long
 def test_random_starts_fill_their_box_with_all_points_in_view(vehicle: ca.Vehicle) -> None:
     found = starts(vehicle, TARGET, 300, seed=2)
     q = (found["q"] - found["centre"]).to_numpy()[found["direction"] == RANDOM]

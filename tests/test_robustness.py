@@ -94,6 +94,7 @@ def test_how_the_camera_is_mounted_and_when_images_arrive_hardly_matters(study: 
             assert each["rms_px"] < 1.2 * case["without"]["rms_px"]
 
 
+@pytest.mark.long
 def test_a_flight_that_ends_early_is_not_borne_and_says_why(study: Robustness) -> None:
     found = study.results["cases"][0]["mistakes"]["shorter"]
     assert (found["reached"], found["failed_at"]) == (20.0, 40.0)
@@ -105,6 +106,7 @@ def test_a_flight_that_ends_early_is_not_borne_and_says_why(study: Robustness) -
     assert borne["reached"] == reached[-1]
 
 
+@pytest.mark.long
 def test_a_mistake_of_a_batch_flies_as_it_does_alone() -> None:
     law = load_gains("current").controller(NOMINAL)
     wrong = [Wrong(None), Wrong("heavier", 20.0), Wrong("camera rolled", 10.0, "-")]
@@ -147,6 +149,7 @@ def test_a_camera_rolled_about_its_axis_flies_the_same_letter(rolled: float) -> 
         assert [each["status"] == 0 for each in found] == [True, False]
 
 
+@pytest.mark.long
 def test_the_figure_crosses_flights_that_ended_early(study: Robustness) -> None:
     figure = figures.errors(study.results, "coupled")
     crosses = [

@@ -173,6 +173,7 @@ def test_a_vehicle_with_rotors_and_drag_is_the_same_after_a_round_trip_through_i
     assert ca.load_vehicle(file).describe() == vehicle.describe()
 
 
+@pytest.mark.long
 def test_rotors_of_a_flight_count_from_1_as_in_its_files(tmp_path: Path) -> None:
     lifted = SLENDER.replace({"uav.rotors": rotors("quad_x")})
     commands = [2.0, 3.0, 4.0, 5.0]

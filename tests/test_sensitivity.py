@@ -231,6 +231,7 @@ def test_a_sweep_flown_once_is_the_sweep_of_the_study(flown: study.Sensitivity) 
     assert len(ours["between"]["value"]) == once.VALUES
 
 
+@pytest.mark.long
 def test_a_straight_arm_at_the_start_is_bent_by_the_force_alone() -> None:
     """Its bend falls with the radius squared, and the travel of the mass with it."""
     found = once.sweep_once(load_vehicle("table1"), "arm radius", straight=True)["rows"]
@@ -265,6 +266,7 @@ def test_sentences_about_sweeps_not_flown_cannot_be_decided() -> None:
     assert {found["verdict"] for found in judged if found["id"] != "IV-B.4"} == {UNDECIDED}
 
 
+@pytest.mark.long
 def test_verdicts_follow_the_numbers_and_not_the_sentences(flown: study.Sensitivity) -> None:
     """Reversing the flights' displacements reverses the verdict on them."""
 
@@ -280,6 +282,7 @@ def test_verdicts_follow_the_numbers_and_not_the_sentences(flown: study.Sensitiv
     assert about_mass(changed)["verdict"] == FAILS
 
 
+@pytest.mark.long
 def test_flown_sweeps_have_converged_and_meet_at_the_nominal_vehicle(
     flown: study.Sensitivity,
 ) -> None:
@@ -300,6 +303,7 @@ def test_flown_sweeps_have_converged_and_meet_at_the_nominal_vehicle(
         assert entry["rmse_xy_m"] < entry["rmse_t_m"]
 
 
+@pytest.mark.long
 def test_values_between_pass_through_the_values_compared(flown: study.Sensitivity) -> None:
     part = flown.results["sweeps"]["initial roll"]
     for row in part["rows"]:
@@ -311,6 +315,7 @@ def test_values_between_pass_through_the_values_compared(flown: study.Sensitivit
         assert displacement == pytest.approx(row["displacement_m"], rel=1e-12)
 
 
+@pytest.mark.long
 def test_figures_draw_the_tips_and_the_errors(flown: study.Sensitivity) -> None:
     axes: Any = figures.paths(flown.results, flown.datasets).axes[0]
     drawn = {line.get_label(): line for line in axes.get_lines()}
@@ -325,6 +330,7 @@ def test_figures_draw_the_tips_and_the_errors(flown: study.Sensitivity) -> None:
     np.testing.assert_array_equal(line.get_ydata(), between["rmse_xy_m"]["decoupled"])
 
 
+@pytest.mark.long
 def test_the_paths_name_a_failed_flight_by_its_value(flown: study.Sensitivity) -> None:
     """The second of 1, 2 and 3 kg, not the run 1."""
     dataset = flown.datasets["UAV mass"].copy(deep=True)
@@ -343,6 +349,7 @@ def test_the_paths_name_a_failed_flight_by_its_value(flown: study.Sensitivity) -
     assert crosses == [figures.VALUES[1]] * 2
 
 
+@pytest.mark.long
 def test_values_beside_one_that_was_left_out_are_not_neighbours(flown: study.Sensitivity) -> None:
     results = json.loads(json.dumps(flown.results))
     sweep = next(iter(results["sweeps"].values()))
@@ -360,6 +367,7 @@ def test_values_beside_one_that_was_left_out_are_not_neighbours(flown: study.Sen
     assert lines() in (joined - 1, joined - 2)  # of one model or of both, as the other one's go
 
 
+@pytest.mark.long
 def test_the_title_of_the_paths_is_of_what_is_drawn_below_them(flown: study.Sensitivity) -> None:
     figure: Any = figures.paths(flown.results, flown.datasets)
     below = [axes for axes in figure.axes if axes.get_ylabel() == "apart [m]"]
@@ -367,6 +375,7 @@ def test_the_title_of_the_paths_is_of_what_is_drawn_below_them(flown: study.Sens
     assert f"up to {short(farthest)} m" in figure.get_label()
 
 
+@pytest.mark.long
 def test_the_figure_of_errors_tells_the_largest_of_them(flown: study.Sensitivity) -> None:
     figure: Any = figures.errors(flown.results)
     title = " ".join(" ".join(each.get_text() for each in figure.texts).split())
@@ -377,6 +386,7 @@ def test_the_figure_of_errors_tells_the_largest_of_them(flown: study.Sensitivity
     assert f"{short(largest)} m" in title
 
 
+@pytest.mark.long
 def test_stored_results_hold_every_sentence_row_and_trajectory(
     flown: study.Sensitivity, tmp_path: Path
 ) -> None:
@@ -394,6 +404,7 @@ def test_stored_results_hold_every_sentence_row_and_trajectory(
         assert stored["value"].to_numpy().tolist() == [1.0, 2.0, 3.0]
 
 
+@pytest.mark.long
 def test_a_row_that_has_not_converged_is_said_not_to_have(flown: study.Sensitivity) -> None:
     changed = json.loads(as_json(flown.results))
     entry = changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]
@@ -423,6 +434,7 @@ def test_values_between_whose_errors_make_their_differences_are_left_out_and_tol
     assert f"UAV mass: {len(after['unresolved'])} of" in said[1]
 
 
+@pytest.mark.long
 def test_euler_angles_that_samples_do_not_follow_are_said_to_have_no_error(
     flown: study.Sensitivity,
 ) -> None:
@@ -454,6 +466,7 @@ def test_an_upper_half_is_that_of_all_values_tried() -> None:
     assert check({"initial roll": sweep}).verdict == UNDECIDED
 
 
+@pytest.mark.long
 def test_figures_name_values_that_have_not_converged(flown: study.Sensitivity) -> None:
     changed = json.loads(json.dumps(flown.results))
     changed["sweeps"]["UAV mass"]["rows"][1]["models"]["decoupled"]["converged"] = False
@@ -465,6 +478,7 @@ def test_figures_name_values_that_have_not_converged(flown: study.Sensitivity) -
     assert "not resolved: 1 of UAV mass" in told.replace("\n", " ")
 
 
+@pytest.mark.long
 def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> None:
     """The nominal bend of 0.1 1/m is more than a full circle of an arm of 70 m."""
     long = PAPER.replace({"arm.length": 70.0})
@@ -484,6 +498,7 @@ def test_flights_that_end_early_are_said_to_and_leave_nothing_to_judge_by() -> N
     assert any("× " in text and "UAV mass 1, 1.05" in text for text in drawn)
 
 
+@pytest.mark.long
 def test_the_title_of_the_errors_is_the_largest_factor_between_neighbours(
     flown: study.Sensitivity,
 ) -> None:
@@ -492,6 +507,7 @@ def test_the_title_of_the_errors_is_the_largest_factor_between_neighbours(
     assert f"up to {ratio:.2g}-fold" in title
 
 
+@pytest.mark.long
 def test_no_line_joins_neighbours_that_differ_wildly(flown: study.Sensitivity) -> None:
     for axes in figures.errors(flown.results).axes:
         for line in axes.get_lines():
@@ -500,6 +516,7 @@ def test_no_line_joins_neighbours_that_differ_wildly(flown: study.Sensitivity) -
                 assert max(first / second, second / first) <= figures.WILD
 
 
+@pytest.mark.long
 def test_the_rows_agree_with_metrics_gathered_while_flying(flown: study.Sensitivity) -> None:
     """`run_pairs` sums up inside the kernel, over steps of each run's own."""
     parameter = PAPER.replace({"uav.mass": PARAMETERS["UAV mass"].values})
@@ -561,6 +578,7 @@ def test_disks_move_along_with_the_length_of_their_arm() -> None:
         np.testing.assert_allclose(places, own, rtol=1e-15)
 
 
+@pytest.mark.long
 def test_words_figures_and_tables_say_whose_values_are_varied(
     flown: study.Sensitivity, tmp_path: Path
 ) -> None:
@@ -579,6 +597,7 @@ def test_words_figures_and_tables_say_whose_values_are_varied(
         assert any(told in text.get_text() for text in figures.errors(results).texts)
 
 
+@pytest.mark.long
 def test_the_command_varies_a_vehicle_about_its_own_values(
     flown: study.Sensitivity, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -594,6 +613,7 @@ def test_the_command_varies_a_vehicle_about_its_own_values(
     assert asked == [False, True]
 
 
+@pytest.mark.long
 def test_the_command_writes_json_tables_and_figures(
     flown: study.Sensitivity, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

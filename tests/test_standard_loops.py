@@ -49,6 +49,7 @@ def test_a_place_is_held_by_the_position_loop_alone() -> None:
     assert abs(offset_after_a_push("position", 20.0)) < 0.05
 
 
+@pytest.mark.long
 def test_a_loop_with_its_arm_bent_grows_as_its_flights_do() -> None:
     """An arm that leaves upwards: a tilt of 1e-6 rad, from the second four seconds to the third."""
     arm = {

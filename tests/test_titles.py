@@ -114,6 +114,7 @@ LETTER: dict[str, Callable[[xr.Dataset], Figure]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("draw", LETTER.values(), ids=LETTER)
 def test_titles_of_tracking_turn_with_the_flights(draw: Callable[[xr.Dataset], Figure]) -> None:
     one, other = claims(stated(draw(loop()))), claims(stated(draw(swapped(loop()))))

@@ -167,6 +167,7 @@ def test_metrics_of_a_run_that_ended_early_are_not_finite_and_its_status_is_kept
     assert np.isnan([found[name] for name in whole]).all()
 
 
+@pytest.mark.long
 def test_the_study_is_stored_as_strict_json_csv_and_table(
     study: Tracking, vehicle: ca.Vehicle
 ) -> None:
@@ -329,6 +330,7 @@ def test_flights_that_end_alike_are_told_of_in_one_sentence() -> None:
     assert "nominal, A, coupled" in rounded and 0.002 in numbers_of(rounded)
 
 
+@pytest.mark.long
 def test_gains_of_the_image_of_now_track_as_well_and_no_proof_is_said_to_hold(
     vehicle: ca.Vehicle, study: Tracking
 ) -> None:
@@ -348,6 +350,7 @@ def test_studies_tell_of_the_damping_that_they_give_an_undamped_arm() -> None:
     assert f"arm.arm.section.{name}" in damping_notes(two)[0]
 
 
+@pytest.mark.long
 def test_rotors_that_saturate_are_told_in_the_results_and_in_a_sentence(
     vehicle: ca.Vehicle,
 ) -> None:

@@ -68,6 +68,7 @@ def test_a_new_users_vehicle_is_tuned_and_writes_a_letter_and_an_eight(tmp_path:
     assert pixels < 5.0 and metres < 0.08
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["slender", pytest.param("two_section", marks=pytest.mark.soak)])
 def test_slender_arms_and_arms_of_two_sections_are_tuned(name: str) -> None:
     vehicle = ca.load_vehicle(name)
@@ -131,6 +132,7 @@ def test_one_setting_that_fails_is_told_and_the_others_are_flown(
     assert all(numbers_of(line) == [2.0, 0.0, 8.0, 20.0] for line in told)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("calls", [0, 1, 3])
 def test_an_interrupted_search_returns_the_best_so_far(
     calls: int, monkeypatch: pytest.MonkeyPatch
@@ -157,6 +159,7 @@ def test_an_interrupted_search_returns_the_best_so_far(
     assert found["record"]["rms_px"]["fast.coupled"]["L"] == pytest.approx(run.pixels[0, 0])
 
 
+@pytest.mark.long
 def test_rotors_that_cannot_push_in_any_direction_are_left_out_and_told() -> None:
     rotors = {"layout": "quad_x", "lever": 0.25, "thrust_limits": [0.0, 15.0]}
     flat = NEW_USER.replace({"uav.rotors": rotors | {"lag": 0.03, "torque_per_thrust": 0.02}})

@@ -76,6 +76,7 @@ def test_every_section_gets_to_its_bend_at_the_rate_that_was_asked_for_it() -> N
     np.testing.assert_allclose(run.bend[-1].to_numpy().ravel() / small, left, rtol=2e-3)
 
 
+@pytest.mark.long
 def test_an_arm_whose_rate_is_zero_is_left_to_its_spring() -> None:
     run = held(DUAL, [0.0, 0.0, -0.4, 0.1], duration=1.0, bend_rate=[0.0, 5.0])
     pushed = run.command.sel(actuator=["bend_moment_x_1", "bend_moment_y_1"])
@@ -207,6 +208,7 @@ def test_without_carrying_the_law_is_the_papers_through_all_bends(vehicle: ca.Ve
     np.testing.assert_allclose(push, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("vehicle", [TWO, DUAL], ids=lambda vehicle: vehicle.name)
 def test_carried_arms_get_what_inertia_asks_for_and_loops_of_their_own(
     vehicle: ca.Vehicle,

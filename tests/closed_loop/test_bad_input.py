@@ -306,6 +306,7 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case: str) -> None:
         act()
 
 
+@pytest.mark.long
 def test_a_target_beyond_view_is_no_trouble_for_a_controller_that_does_not_look() -> None:
     """Nor is noise that a push at every stage could not have; what it sees changes nothing."""
     hold = ca.hold(flights.VEHICLE, [0, 0, 3.0])
@@ -337,6 +338,7 @@ def test_a_motion_of_the_wrong_shape_is_refused() -> None:
         ca.Target(ca.paths.Path("line", 2.0, lambda t: (t, t, t)))
 
 
+@pytest.mark.long
 def test_numbers_made_outside_of_a_law_keep_their_digits() -> None:
     weight = 9.81 * flights.VEHICLE.mass
     pushed = fly(rounding("fine")).command[0, 2]

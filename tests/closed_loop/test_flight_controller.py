@@ -201,6 +201,7 @@ def test_the_base_moves_by_as_much_of_the_recoil_as_the_tilt_leaves(hertz: float
     assert moved < recoil + 9.81 * float(np.tan(tilt(run).max())) / w**2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [3, 4])
 def test_position_is_held_within_ten_centimetres_of_turbulence_and_its_mean(seed: int) -> None:
     """For 60 s from calm on, by rotors that lag by 40 ms."""

@@ -24,6 +24,7 @@ def law(gains: str, integral: float = RATE) -> ca.Controller:
     return Gains("with integral", settings).controller(flights.VEHICLE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gains", ["paper", "current"])
 def test_a_steady_side_force_leaves_no_error_where_without_it_leaves_centimetres(
     gains: str,

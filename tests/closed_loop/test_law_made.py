@@ -119,6 +119,7 @@ def test_a_law_that_gives_the_same_is_not_compiled_anew(monkeypatch: pytest.Monk
     assert moved(Pusher().of_its_class) == moved()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("lanes", [1, 8])
 def test_laws_differ_by_their_last_digit(lanes: int) -> None:
     """In single precision, by which Warp tells a pack's numbers apart, both are the same."""

@@ -1,5 +1,6 @@
 """The first push of the product's laws against their equations, on the readable eye in hand."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -44,14 +45,21 @@ def moving_from(position: np.ndarray) -> paths.Path:
     return paths.Path("straight", 1.0, motion)
 
 
-def first_pushes(
-    controller: ca.Controller,
-) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, Seen]]:
-    """Start q and q̇, the first push in the coordinates of the paper, and what was seen."""
+@cache
+def views() -> tuple[np.ndarray, np.ndarray, list[ca.Target], list[Seen]]:
+    """Starts q and q̇, a target before each, and what is seen of it there."""
     q, qd = eye.states(STATES, seed=17)
     targets = []
     for at in q:
         targets.append(eye.before(VEHICLE, at, moving_from(eye.in_front(VEHICLE, at))))
+    return q, qd, targets, [Seen(*each) for each in zip(q, qd, targets, strict=True)]
+
+
+def first_pushes(
+    controller: ca.Controller,
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, Seen]]:
+    """Start q and q̇, the first push in the coordinates of the paper, and what was seen."""
+    q, qd, targets, seen = views()
     scenario = ca.Scenario(
         "moving", q, qd, duration=1e-6, controller=controller, control_period=1e-6, target=targets
     )
@@ -59,7 +67,6 @@ def first_pushes(
         VEHICLE, scenario, method="RK4", step=1e-6, sample=1e-6, variables=["command"]
     )
     pushes = eye.in_paper_coordinates(run.command.isel(time=0).to_numpy(), q)
-    seen = [Seen(*each) for each in zip(q, qd, targets, strict=True)]
     return list(zip(q, qd, pushes, seen, strict=True))
 
 

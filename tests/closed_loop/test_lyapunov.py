@@ -278,6 +278,7 @@ def slow_circle(t: float) -> list[float]:
     return [1.0 + 0.4 * np.cos(turned), 0.4 * np.sin(turned), 0.5]
 
 
+@pytest.mark.long
 def test_rounding_of_a_path_from_a_function_is_no_jerk_without_bound() -> None:
     path = paths.from_function(slow_circle, 60.0)
     scenario = loop().replace(target=ca.Target(path), duration=60.0)

@@ -72,6 +72,7 @@ def test_a_motion_that_changes_its_times_in_place_leaves_those_of_the_flight() -
     np.testing.assert_allclose(flight.target_position[:, 0], where, rtol=0, atol=1e-15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", PATHS)
 def test_the_bounds_hold_however_finely_a_path_is_sampled(name: str) -> None:
     """A jump would grow slopes without end; here they settle."""
@@ -275,6 +276,7 @@ def test_a_path_that_jumps_beyond_its_duration_is_refused_where_it_is_followed_s
         ca.simulate(VEHICLE, flown, duration=0.5)
 
 
+@pytest.mark.long
 def test_a_fast_motion_is_no_jump_however_far_beyond_its_duration_it_is_followed() -> None:
     ca.Target(paths.circle(0.4, period=0.5, duration=1.0)).check_until(100.0)
     # Nor many periods within it.
@@ -297,6 +299,7 @@ def test_a_motion_that_adds_up_over_the_times_it_is_asked_for_is_refused() -> No
         ca.Target(paths.Path("summed", 2.0, summed))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("size", [1.0, 1e-5])
 def test_a_velocity_that_is_not_the_positions_is_refused_however_small_the_path(
     size: float,

@@ -99,6 +99,7 @@ def test_names_of_arms_and_sections_are_no_places(name: str) -> None:
     assert fitted_fields(vehicle, fields).linear.tolist() == [False, True, False]
 
 
+@pytest.mark.long
 def test_a_noisy_flight_of_two_sections_is_fitted_within_its_standard_errors() -> None:
     found = fitted("two_section", TWO_SECTION, seed=2)
     off = (found.values - TRUE_TWO_SECTION) / found.errors
@@ -108,6 +109,7 @@ def test_a_noisy_flight_of_two_sections_is_fitted_within_its_standard_errors() -
     assert (found.errors / TRUE_TWO_SECTION)[3:].max() < 0.05
 
 
+@pytest.mark.long
 def test_two_arms_of_one_file_are_told_apart_by_name_or_index() -> None:
     wrong = {
         "arm.left.section.0.youngs_modulus": 3.2e9,

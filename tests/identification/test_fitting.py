@@ -78,6 +78,7 @@ def test_a_fit_from_a_far_softer_arm_is_not_biased_by_the_steps_of_its_start() -
     assert (np.abs(far.values - near.values) < 0.05 * near.errors).all()
 
 
+@pytest.mark.long
 def test_a_fit_whose_steps_never_follow_the_vehicle_says_so(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -87,6 +88,7 @@ def test_a_fit_whose_steps_never_follow_the_vehicle_says_so(
     assert any("faster" in doubt for doubt in found.doubts)
 
 
+@pytest.mark.long
 def test_a_fit_that_stops_before_its_minimum_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("continuair.identification.problem._MOST", 2)
     found = fitted()
@@ -104,6 +106,7 @@ def test_standard_errors_are_the_spread_of_repeated_flights() -> None:
     np.testing.assert_allclose(spread, fits[0].errors, rtol=0.7)
 
 
+@pytest.mark.long
 def test_a_swing_that_rows_do_not_follow_is_in_doubt() -> None:
     """20 rows a second of an arm that swings at 7.8 Hz, from one of twice the stiffness."""
     record(Path("flight.csv"), test="D", seed=1)
@@ -142,6 +145,7 @@ def test_parameters_that_only_act_together_are_reported_as_such() -> None:
     assert any("cannot tell" in doubt and "arm.radius" in doubt for doubt in together.doubts)
 
 
+@pytest.mark.long
 def test_all_fields_that_act_together_have_no_standard_errors() -> None:
     """Where no known force acts, masses, stiffness and damping times one factor fly the same, the
     mass and the damping with but a hundredth of the combination in columns of norm 1."""
@@ -158,6 +162,7 @@ def test_few_rows_say_that_they_cannot_tell_what_is_noise() -> None:
     assert any(21 in numbers_of(doubt) for doubt in found.doubts)
 
 
+@pytest.mark.long
 def test_arms_that_swing_for_long_do_not_tell_apart_what_acts_together() -> None:
     """Over 70 rad of a swing, what differences of second order leave looks like information."""
     swinging = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.002})
@@ -168,6 +173,7 @@ def test_arms_that_swing_for_long_do_not_tell_apart_what_acts_together() -> None
     assert any("apart" in doubt for doubt in found.doubts)
 
 
+@pytest.mark.long
 def test_what_lies_at_the_edge_of_what_a_vehicle_can_have_is_fitted_and_doubted() -> None:
     """The disk is at the arm's end, beyond which there is none: differences go to one side."""
     fields = ("arm.disks.0.position", "arm.disks.0.mass")
@@ -292,6 +298,7 @@ def test_unusable_options_are_refused_in_one_sentence(
     assert_refused(run("--data", "flight.csv", "--vehicle", "paper", *arguments), field, fact)
 
 
+@pytest.mark.long
 def test_a_fit_that_leaves_motion_over_says_that_it_is_no_noise() -> None:
     record(Path("flight.csv"), test="A", seed=1)
     recording = load_recording("flight.csv")
@@ -319,6 +326,7 @@ def test_a_fit_needs_data_a_vehicle_and_inputs() -> None:
         assert_refused(run("--data", name, "--vehicle", "paper"), field, place=place)
 
 
+@pytest.mark.long
 def test_a_vehicle_that_turns_otherwise_than_the_recorded_one_is_in_doubt() -> None:
     """An inertia 20 % too large, which is not fitted, bends what is."""
     record(Path("flight.csv"), seed=1)

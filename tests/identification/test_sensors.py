@@ -186,6 +186,7 @@ def test_predicted_sensors_are_those_of_the_flight() -> None:
     np.testing.assert_allclose(np.concatenate(list(found.biases.values())), 0.0, atol=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [1, 2])
 def test_gyro_accelerometer_and_bend_alone_identify_a_vehicle(seed: int) -> None:
     recording = without(noisy(seed), "position", "attitude", "velocity")
@@ -226,6 +227,7 @@ def test_wrong_units_and_signs_raise_the_residual(sensor: str, factor: float, ke
     assert bad.doubts
 
 
+@pytest.mark.long
 def test_a_bias_beyond_those_of_sensors_is_reported() -> None:
     right = noisy(1)
     turned = right.accelerometer - [0.0, 0.0, 2.0 * 9.81]
@@ -233,6 +235,7 @@ def test_a_bias_beyond_those_of_sensors_is_reported() -> None:
     assert any(doubt.startswith("the accelerometer has a bias of 19.3") for doubt in found.doubts)
 
 
+@pytest.mark.long
 def test_the_command_takes_the_place_of_the_accelerometer_and_shows_biases(
     tmp_path: Path,
 ) -> None:

@@ -17,6 +17,7 @@ def library(name: str) -> Any:
     return pytest.importorskip(name)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", LIBRARIES)
 def test_arrays_of_another_library_are_what_numpys_are(name: str) -> None:
     given = library(name)

@@ -109,6 +109,7 @@ def differences(vehicle: ca.Vehicle, drawn: dict[str, Any], step: float = 1e-5) 
     return (above - below).T / (2.0 * step)
 
 
+@pytest.mark.long
 def test_second_derivatives_at_a_straight_arm_are_finite_and_symmetric_in_its_plane() -> None:
     vehicle = ca.load_vehicle("two_section")
     function = ca.to_casadi(vehicle)

@@ -62,6 +62,7 @@ def test_a_vehicle_becomes_mjcf_that_of_a_result_too(
     assert f'<mujoco model="{name}">' in to.read_text()
 
 
+@pytest.mark.long
 def test_of_several_models_one_is_chosen(models: Path, tmp_path: Path) -> None:
     to = tmp_path / "out.nc"
     assert_refused(run(models, "--to", to), "model", "coupled, decoupled")
@@ -72,6 +73,7 @@ def test_of_several_models_one_is_chosen(models: Path, tmp_path: Path) -> None:
     assert found.attrs["model"] == "decoupled"
 
 
+@pytest.mark.long
 def test_of_several_letters_one_is_chosen(models: Path, tmp_path: Path) -> None:
     with xr.open_dataset(models, engine="h5netcdf") as both:
         letters = both.rename(model="letter").assign_coords(letter=["M", "R"])
@@ -128,6 +130,7 @@ def test_results_that_are_damaged_or_not_ours_or_later_are_told_so(
         assert str(path) in found.value.problem and fact in found.value.problem
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("suffix", ["glb", "mcap", "csv", "nc", "xml"])
 def test_a_full_disk_is_told_in_a_sentence(
     suffix: str, result: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -39,6 +39,7 @@ def test_gymnasium_finds_no_fault_with_the_environment(options: dict[str, Any]) 
     check_env(env.unwrapped, skip_render_check=True)
 
 
+@pytest.mark.long
 def test_stepped_together_environments_do_what_they_do_one_by_one() -> None:
     """Ends and new beginnings included: thrusts at random let episodes end soon."""
     together, apart = vector(5), vector(5, vectorization_mode="sync")
@@ -67,6 +68,7 @@ def test_an_episode_is_cut_off_after_its_steps_and_begins_anew() -> None:
     assert not reward.any() and not truncated.any()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_each_mode_of_autoreset_does_what_gymnasium_does(mode: str) -> None:
     """Observations, rewards, ends and last observations; Gymnasium steps single environments."""
@@ -104,6 +106,7 @@ def test_without_autoreset_ended_episodes_are_reset_by_a_mask() -> None:
     assert not env.step(_hover_action(ONE_SECTION, 2))[3].any()
 
 
+@pytest.mark.long
 def test_a_mask_resets_its_environments_and_leaves_the_others_as_they_are() -> None:
     env, same = vector(3), vector(3)
     mask = np.array([False, True, False])
@@ -168,6 +171,7 @@ def test_a_mask_before_the_first_reset_is_refused() -> None:
         vector(2).reset(options={"reset_mask": np.array([True, False])})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda each: pickle.loads(pickle.dumps(each))])
 @pytest.mark.parametrize("count", [1, 3])
 def test_a_copy_continues_as_the_original_does(copied: Callable[[Any], Any], count: int) -> None:
@@ -230,6 +234,7 @@ def _hover_action(vehicle: ca.Vehicle, count: int) -> Array:
     return np.full((count, vehicle.uav.rotors.count), share)
 
 
+@pytest.mark.long
 def test_a_law_on_what_is_observed_brings_disturbed_vehicles_to_their_goal() -> None:
     """Force towards the goal, attitude towards the force: each sign and unit takes part."""
     vehicle = default_vehicle()

@@ -67,6 +67,7 @@ def rotors_of(vehicle: ca.Vehicle) -> Any:
     return vehicle.uav.rotors
 
 
+@pytest.mark.long
 def test_rotorpys_quadrotor_hovers_and_slows_down_as_its_coefficients_say() -> None:
     vehicle = ca.rotorpy_vehicle(QUAD)
     hover, v = 0.5 * GRAVITY / 4.0, 2.0

@@ -278,6 +278,7 @@ def test_topics_of_clocks_that_never_meet_are_refused() -> None:
         read(NAMED | {"bend": "/arm/bend"}, TOPICS | {"/arm/bend": (kind, time + 100.0, rows)})
 
 
+@pytest.mark.long
 def test_the_command_identifies_from_a_bag_and_says_how_it_was_resampled() -> None:
     write_bag(Path("flight"), TOPICS)
     write_vehicle(START, "start.toml")
@@ -335,6 +336,7 @@ def same_as_plain(found: Recording) -> None:
         np.testing.assert_array_equal(getattr(found, name), getattr(plain, name))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("of_folder", [True, False])
 @pytest.mark.parametrize(
     ("old", "new"),

@@ -78,6 +78,7 @@ def test_a_log_of_motors_gives_back_mass_and_stiffness() -> None:
     np.testing.assert_allclose(found.values, TRUTH, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_setpoints_of_thrust_and_torque_give_back_mass_and_stiffness() -> None:
     vehicle = rotorcraft(lag=0.0)
     found, thrusts = flown(vehicle)

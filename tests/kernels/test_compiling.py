@@ -80,12 +80,14 @@ def flies_as_before(caches: Path) -> subprocess.CompletedProcess[str]:
     return done
 
 
+@pytest.mark.slow
 def test_first_calls_from_many_threads_all_fly_and_lose_no_word() -> None:
     done = run(FIRST_CALLS)
     assert done.returncode == 0, done.stderr
     assert said(done) == "said meanwhile\nsaid at the end\n"
 
 
+@pytest.mark.slow
 def test_stderr_is_not_needed(tmp_path: Path) -> None:
     done = run(ONE_CALL, limit=lambda: os.close(2))
     assert done.returncode == 0 and float(done.stdout)
@@ -94,7 +96,12 @@ def test_stderr_is_not_needed(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "damage"),
-    [(".o", "cut"), (".meta", "emptied"), (".o", "flipped"), (".meta", "a folder")],
+    [
+        (".o", "flipped"),
+        (".meta", "emptied"),
+        pytest.param(".o", "cut", marks=pytest.mark.soak),
+        pytest.param(".meta", "a folder", marks=pytest.mark.soak),
+    ],
 )
 def test_what_is_damaged_in_the_cache_is_built_anew(caches: Path, suffix: str, damage: str) -> None:
     files = [path for path in caches.rglob(f"*{suffix}") if path.is_file()]
@@ -140,6 +147,7 @@ def test_a_cache_that_cannot_be_used_is_replaced_by_a_temporary_one(
         assert not list(temporary.iterdir()), "the temporary cache is removed at the end"
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_written_one_sentence_says_so(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     code = "from continuair.__main__ import main; main()"
@@ -154,6 +162,7 @@ def test_where_nothing_can_be_written_one_sentence_says_so(tmp_path: Path) -> No
     assert "WARP_CACHE_PATH" in done.stderr.splitlines()[-1] and "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", [0o777, 0o757])
 def test_a_cache_that_every_user_may_write_to_is_refused(tmp_path: Path, mode: int) -> None:
     tmp_path.chmod(mode)

@@ -15,16 +15,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from math import factorial
 from typing import Any
 
 import numpy as np
-from mpmath import mp, mpf
 
 from continuair.vehicle.vehicle import Vehicle
 
 _NODES = 32
-_DIGITS = 40
 _TERMS = 40  # z^40/80! < 1e-50 at |k| l = 2π
+_BITS = 512  # of the fraction: a rounding grows to z^40 of it, 2^-299
+_ONE = 1 << _BITS
 _E = np.eye(3)
 _Z = _E[2]
 
@@ -227,28 +228,38 @@ def _rate(f1: Any, f3: Any, T: np.ndarray, D: np.ndarray, z1: np.ndarray) -> np.
 
 def _series(s: np.ndarray, bend: Any) -> tuple[tuple[np.ndarray, ...], ...]:
     """f₁ and f₃, each with its first two derivatives in z = |k|² s², (n), rounded to float64."""
-    with mp.workdps(_DIGITS):
-        u = mpf(float(bend[0])) ** 2 + mpf(float(bend[1])) ** 2
-        z = np.array([u * mpf(float(x)) ** 2 for x in s])
-        steps = np.repeat(z[:, None], _TERMS, axis=1)
-        steps[:, 0] = mpf(1)
-        powers = np.cumprod(steps, axis=1)
-        return tuple(
-            tuple(
-                np.asarray(powers[:, : _TERMS - order] @ coefficients[order:], float)
-                for order, coefficients in enumerate(_coefficients(n))
-            )
-            for n in (2, 3)
-        )
+    u = sum(_product(_fixed(k), _fixed(k)) for k in bend)
+    z = [_product(u, _product(_fixed(x), _fixed(x))) for x in s]
+    return tuple(
+        tuple(np.array([_sum(terms, each) for each in z]) for terms in _coefficients(n))
+        for n in (2, 3)
+    )
 
 
 @cache
-def _coefficients(n: int) -> list[np.ndarray]:
-    """(-1)^j / (2j + n)!, by j, and with the factors of one and two derivatives."""
-    with mp.workdps(_DIGITS):
-        value = np.array([(-1) ** j / mp.factorial(2 * j + n) for j in range(_TERMS)])
-        j = np.arange(_TERMS)
-        return [value, j * value, j * (j - 1) * value]
+def _coefficients(n: int) -> list[list[int]]:
+    """(-1)^j / (2j + n)!, by j, and those of its first two derivatives, as fixed-point numbers."""
+    value = [(-1) ** j * _ONE // factorial(2 * j + n) for j in range(_TERMS)]
+    first = [j * each for j, each in enumerate(value)]
+    second = [(j - 1) * each for j, each in enumerate(first)]
+    return [value, first[1:], second[2:]]
+
+
+def _fixed(x: float) -> int:
+    """The whole number of 2^-512 that is nearest below a number."""
+    numerator, denominator = float(x).as_integer_ratio()
+    return numerator * _ONE // denominator
+
+
+def _product(one: int, other: int) -> int:
+    return one * other >> _BITS
+
+
+def _sum(coefficients: list[int], z: int) -> float:
+    total = 0
+    for each in reversed(coefficients):
+        total = each + (total * z >> _BITS)
+    return total / _ONE
 
 
 def _apply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:

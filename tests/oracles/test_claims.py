@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 
 SAMPLE = '''"""Sample claims."""
@@ -46,6 +48,7 @@ def run_sample(folder: Path) -> tuple[subprocess.CompletedProcess[str], dict[str
     return ran, {entry["claim"]: entry for entry in json.loads(out.read_text(encoding="utf-8"))}
 
 
+@pytest.mark.slow
 def test_claims_are_recorded_whatever_they_reach_and_only_unexplained_misses_fail(
     tmp_path: Path,
 ) -> None:
@@ -63,6 +66,7 @@ def test_claims_are_recorded_whatever_they_reach_and_only_unexplained_misses_fai
     assert skipped["pass"] is None and "no such engine here" in skipped["note"]
 
 
+@pytest.mark.slow
 def test_page_shows_every_verdict(tmp_path: Path) -> None:
     _, claims = run_sample(tmp_path)
     for folder in ("images", "explanation"):

@@ -66,6 +66,7 @@ def test_stored_numbers_are_what_the_equations_give(name: str) -> None:
         np.testing.assert_allclose(found, stored(CASES[name], model), rtol=1e-15, atol=0)
 
 
+@pytest.mark.long
 def test_more_nodes_more_digits_and_another_step_change_nothing() -> None:
     """At 5 rad, the farthest bend of all cases; reached: 1e-31."""
     rows = equations(*parts(FAR))

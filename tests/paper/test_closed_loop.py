@@ -58,6 +58,7 @@ def on_lines(t: np.ndarray, turns: np.ndarray) -> np.ndarray:
     return np.where(turns, 0.1, 1.0)
 
 
+@pytest.mark.long
 def test_the_law_is_one_and_no_error_makes_ds(flown: Evidence) -> None:
     found = closed_loop.one_law(flown)
     assert found.verdict == HOLDS
@@ -70,6 +71,7 @@ def test_the_law_is_one_and_no_error_makes_ds(flown: Evidence) -> None:
     )
 
 
+@pytest.mark.long
 def test_another_law_on_one_plant_is_noticed(flown: Evidence) -> None:
     flights = flown.letter.datasets["nominal"].copy(deep=True)
     flights["command"].loc[{"model": "decoupled"}] *= 1.01
@@ -77,6 +79,7 @@ def test_another_law_on_one_plant_is_noticed(flown: Evidence) -> None:
     assert closed_loop.one_law(changed).verdict == DEPENDS
 
 
+@pytest.mark.long
 def test_plants_differ_from_the_first_push_on(
     flown: Evidence, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -89,6 +92,7 @@ def test_plants_differ_from_the_first_push_on(
     assert closed_loop.states_and_jacobians(flown).verdict == DEPENDS
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("turned", [0.0, 0.6])
 @pytest.mark.parametrize("plant", ["coupled", "decoupled"])
 def test_first_accelerations_are_those_of_the_flights(
@@ -104,6 +108,7 @@ def test_first_accelerations_are_those_of_the_flights(
     assert np.linalg.norm(found - moved) < 5e-3 * float(np.linalg.norm(moved))
 
 
+@pytest.mark.long
 def test_columns_of_j_l_are_slopes_of_the_image(flown: Evidence) -> None:
     """Moving the UAV by 0.1 mm along an axis moves the image of points that stay."""
     vehicle = flown.vehicle.replace({"arm.kappa_s": 0.0})
@@ -121,6 +126,7 @@ def test_columns_of_j_l_are_slopes_of_the_image(flown: Evidence) -> None:
         np.testing.assert_allclose(slopes[:, axis], (ahead - behind) / (2 * h), atol=1e-7)
 
 
+@pytest.mark.long
 def test_coupling_force_is_that_of_the_blocks_between_uav_and_arm(flown: Evidence) -> None:
     """M_ua q̈_a + C_ua q̇_a and M_uu q̈_u + C_uu q̇_u of the readable form, 50 ms after the start."""
     vehicle = equipped(flown.vehicle, SETTINGS["nominal"])
@@ -228,6 +234,7 @@ def test_from_the_desired_image_errors_begin_small() -> None:
     assert float(np.abs(literal.flights["bend"]).max()) > float(np.abs(again.flights["bend"]).max())
 
 
+@pytest.mark.long
 def test_ds_that_follows_the_speed_holds_within_one_flight(
     flown: Evidence, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -246,6 +253,7 @@ def test_ds_that_follows_the_speed_holds_within_one_flight(
     assert within(lambda t, turns: 0.01 * t) == FAILS
 
 
+@pytest.mark.long
 def test_ds_and_coupling_are_larger_before_convergence(
     flown: Evidence, monkeypatch: pytest.MonkeyPatch
 ) -> None:

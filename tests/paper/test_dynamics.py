@@ -73,6 +73,7 @@ def test_the_wrench_on_the_tip_is_that_of_the_other_sign_and_of_inertial_axes(
     assert judged("III-C.3").verdict == HOLDS
 
 
+@pytest.mark.long
 def test_a_balance_without_the_elastic_force_does_not_close(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -144,6 +145,7 @@ def test_a_wrench_in_tip_axes_has_the_power_of_a_jacobian_in_tip_axes() -> None:
     np.testing.assert_allclose((both.T @ J).T @ (both.T @ wrench), J.T @ wrench, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_an_expression_that_is_off_by_two_percent_is_no_element(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -169,6 +171,7 @@ def test_at_a_length_of_one_metre_curvature_and_angle_are_one_reading() -> None:
         np.testing.assert_allclose(curvature, angle, rtol=1e-14)
 
 
+@pytest.mark.long
 def test_appendix_b_for_a_curvature_is_the_integrand_of_the_element(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -185,6 +188,7 @@ def test_appendix_b_for_a_curvature_is_the_integrand_of_the_element(
     assert judged("App-B.1").verdict == HOLDS
 
 
+@pytest.mark.long
 def test_one_wrong_expression_of_appendix_b_is_a_misprint(monkeypatch: pytest.MonkeyPatch) -> None:
     right = coupling_elements.printed_elements
 
@@ -208,6 +212,7 @@ def test_elements_that_go_with_another_power_of_the_radius_are_seen(
     assert judged("III-C.8").verdict == MISPRINT
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("extra", "broken"),
     [

@@ -85,6 +85,7 @@ def test_coordinates_that_hold_the_pixels_size_are_seen(monkeypatch: pytest.Monk
     assert verdict("III-D.9") == MISPRINT
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("row", "column"), [(0, 0), (0, 4), (1, 3), (1, 5)])
 def test_one_wrong_entry_of_eq_14_is_found(
     monkeypatch: pytest.MonkeyPatch, row: int, column: int
@@ -100,6 +101,7 @@ def test_sizes_of_the_law_fit_three_points_alone() -> None:
     assert [n for n in range(1, 12) if image.sizes_fit(n)] == [3]
 
 
+@pytest.mark.long
 def test_the_rotation_of_the_camera_makes_j_l_the_features_rate() -> None:
     for camera in ([0.0, 0.0, 0.0], [0.05, -0.02, 0.1]):
         vehicle = VEHICLE.replace({"camera.position": camera})
@@ -113,6 +115,7 @@ def test_without_t_a_the_printed_j_l_is_the_features_rate(monkeypatch: pytest.Mo
     assert verdict("III-D.12") == HOLDS
 
 
+@pytest.mark.long
 def test_the_printed_j_l_is_right_for_a_level_uav_without_yaw_in_the_texts_reading_alone() -> None:
     errors = image.printed_errors(VEHICLE, np.random.default_rng(0), level=True)
     right = [name for name, each in errors.items() if max(each) < image.AGREES]

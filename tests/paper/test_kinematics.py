@@ -150,12 +150,14 @@ def test_equation_6_keeps_a_larger_curvature_and_replaces_both_signs_of_a_smalle
     assert kept == [-0.02, 0.01, 0.01, 0.01, 0.02]
 
 
+@pytest.mark.long
 def test_a_threshold_that_no_flight_reaches_changes_none() -> None:
     """In Test C |κ| of the preset stays above 1e-5 1/m."""
     found = regularised.fly_with(VEHICLE, "C", 1e-6)
     assert found.tip < 1e-6 and found.drift < 1e-6 and not found.ended
 
 
+@pytest.mark.long
 def test_a_threshold_that_the_arm_swings_through_changes_momentum_only_out_of_plane() -> None:
     in_plane, free = (regularised.fly_with(VEHICLE, test, 1e-3) for test in "BC")
     assert 0.0 < in_plane.drift < 1e-3 and in_plane.tip < 1e-3

@@ -69,8 +69,7 @@ def test_the_growth_of_small_errors_is_that_of_a_flight(found: Theorem, fastest:
     assert size[-1] < 10.0
 
 
-@pytest.mark.long
-@pytest.mark.slow
+@pytest.mark.soak
 def test_flights_that_diverge_do_so_at_a_finer_tolerance_too_and_at_the_same_time(
     found: Theorem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -246,6 +245,7 @@ def test_states_are_the_same_but_for_their_scale(found: Theorem) -> None:
         np.testing.assert_allclose(100.0 * one.qd, other.qd)
 
 
+@pytest.mark.long
 def test_the_targets_part_of_the_rate_of_e_a_is_the_corrected_r_and_not_the_printed_one() -> None:
     for rate in (0.0, rate_of_v.RATE):
         printed, corrected = rate_of_v.residuals(VEHICLE, rate).T
@@ -253,12 +253,14 @@ def test_the_targets_part_of_the_rate_of_e_a_is_the_corrected_r_and_not_the_prin
         assert printed.min() > 0.1
 
 
+@pytest.mark.long
 def test_the_printed_r_is_a_misprint_with_its_correction() -> None:
     found = rate_of_v.bound_of_delta(Evidence(VEHICLE, quick=True))
     assert found.verdict == MISPRINT and found.correction
     assert found.numbers["largest_share_of_r_max"] <= 1.0
 
 
+@pytest.mark.long
 def test_an_r_without_residual_within_its_bound_would_hold(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rate_of_v, "residuals", lambda *_: np.full((3, 2), 1e-9))
     given = Evidence(VEHICLE, quick=True)

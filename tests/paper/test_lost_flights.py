@@ -97,6 +97,7 @@ def test_shares_of_disks_are_not_known_where_tolerances_do_not_agree(
     assert np.isnan(list(disks.errors_of_tests(VEHICLE).values())).all()
 
 
+@pytest.mark.long
 def test_times_of_a_vehicle_that_loses_its_target_end_nothing() -> None:
     vehicle = ca.load_vehicle(Path(__file__).parents[1] / "long_light_arm.toml")
     (found,) = judge(["IV-C.16"], Evidence(vehicle, quick=True))

@@ -132,6 +132,7 @@ def test_the_compiled_form_flies_what_the_readable_one_does(test: str, decoupled
             np.testing.assert_allclose(found.q / scale, right.q / scale, rtol=0, atol=1e-7)
 
 
+@pytest.mark.long
 def test_blocks_without_remark_1_are_the_decoupled_model_of_simulate() -> None:
     """Tests A and B to 1e-6 of each range, the step halved until converged."""
     vehicle = load_vehicle("paper")
@@ -171,6 +172,7 @@ def bend_and_position(flight: Flight) -> tuple[Array, Array]:
     return flight.q[:, :3], κ[:, None] * np.stack([np.cos(ψa), np.sin(ψa)], axis=-1)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("test", "CD")
 def test_accelerations_along_flights_are_those_of_the_product(test: str) -> None:
     """Wherever |κ| > 0.02 1/m, in Tests C and D, to 1e-9."""

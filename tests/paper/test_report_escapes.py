@@ -70,6 +70,7 @@ RESULTS = made_results()
 PLACES = sorted(set(places(RESULTS)), key=repr)
 
 
+@pytest.mark.long
 def test_the_texts_of_results_stay_texts(tmp_path: Path) -> None:
     """Field by field: a field that makes results useless is refused, and none becomes HTML."""
     plain = Tags(page(read(write_results(tmp_path / "plain"))))

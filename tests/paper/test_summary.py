@@ -56,6 +56,7 @@ def unsettled(study: Sensitivity, name: str) -> Sensitivity:
     return Sensitivity(results, {})
 
 
+@pytest.mark.long
 def test_one_threshold_has_to_keep_the_straight_arm_right_and_finite(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -46,6 +46,7 @@ def with_one_sweep(vehicle: str, quick: bool) -> Evidence:
     return evidence
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("quick", [False, True])
 def test_sentences_are_judged_of_two_vehicles_in_both_readings_of_f(quick: bool) -> None:
     found = parameters.JUDGES["IV-B.12"](with_one_sweep("paper", quick))
@@ -59,6 +60,7 @@ def test_sentences_are_judged_of_two_vehicles_in_both_readings_of_f(quick: bool)
     assert [each.vehicle for each in alone] == ["table1", "table1"]
 
 
+@pytest.mark.long
 def test_a_vehicle_drawn_flies_as_it_does_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Measured at every fourth sample."""
     monkeypatch.setattr(drawn_sweeps, "VEHICLES", 2)

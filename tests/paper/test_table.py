@@ -59,11 +59,13 @@ def test_the_test_called_negligible_errs_most_in_metres(found: dict[str, Any]) -
     assert metres["C"] < 0.025
 
 
+@pytest.mark.long
 def test_each_other_meaning_of_decoupled_misses_the_table(found: dict[str, Any]) -> None:
     factors = {entry["change"]: entry["factor"] for entry in found["ablations"]}
     assert min(value for name, value in factors.items() if "decoupled" in name) > 2.0
 
 
+@pytest.mark.long
 def test_a_flight_that_stops_early_has_a_reason_and_no_number(found: dict[str, Any]) -> None:
     (without,) = (entry for entry in found["ablations"] if entry["change"] == "without Remark 1")
     numbers = np.array(without["ours"])
@@ -87,6 +89,7 @@ def test_a_vehicle_without_a_mirror_plane_flies_all_coordinates() -> None:
     assert np.abs(pairs["tilted"][0].position[:, 1]).max() > 1e-3
 
 
+@pytest.mark.long
 def test_flights_are_kept_by_what_they_depend_on() -> None:
     evidence = Evidence(load_vehicle("paper"))
     vehicle = load_vehicle("table1")
@@ -117,6 +120,7 @@ def test_what_cannot_be_flown_is_refused(
         Reading(force_sign=7)  # type: ignore[arg-type]
 
 
+@pytest.mark.long
 def test_a_massless_disk_changes_nothing() -> None:
     vehicle = load_vehicle("table1")
     with_disk = vehicle.replace({"arm.disks": [{"position": 0.1, "mass": 0.0}]})

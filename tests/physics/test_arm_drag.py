@@ -158,6 +158,7 @@ def test_left_alone_rotors_hold_a_vehicle_whose_arms_hang_in_their_wash(lag: flo
     assert told["rotors' margin, arm straight"] == f"{1.0 - 1.0 / 1.05:.0%}" == "5%"
 
 
+@pytest.mark.long
 def test_tilted_rotors_hold_a_vehicle_against_what_the_wash_pushes_aside_too() -> None:
     """Six rotors of any wrench, and a stiff boom that leans under one: at rest for a second."""
     boom = {"length": 0.5, "radius": 0.008, "density": 400.0, "youngs_modulus": 2e11}
@@ -201,6 +202,7 @@ def test_an_arm_that_swings_through_the_edge_of_a_wash_is_followed() -> None:
         assert off < 1e-3 * light.arm.length
 
 
+@pytest.mark.long
 def test_the_edges_of_a_wash_are_resolved() -> None:
     """A light arm that is let go crosses the wash of small rotors at 10 m/s."""
     rotors = {"layout": "quad_x", "lever": 0.15, "thrust_limits": [0.1, 14.0], "lag": 0.03}

@@ -203,6 +203,7 @@ def test_inputs_held_over_some_steps_have_the_slopes_of_simulated_costs() -> Non
     assert_close(found.held(knots)["bend_moment"], differences(pushed, given.size, 1e-2))
 
 
+@pytest.mark.long
 @pytest.mark.targets
 def test_a_disk_at_the_end_of_its_section_has_the_slope_of_moving_it_inwards() -> None:
     name = "arm.right.section.0.disks.0.position"

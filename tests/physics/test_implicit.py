@@ -166,6 +166,7 @@ def test_pairs_fly_as_simulate_does() -> None:
         ca.run_pairs(vehicle, swayed(TWO), method="implicit", step=1e-3, check=True)
 
 
+@pytest.mark.long
 @coarse
 def test_a_closed_loop_flies_with_it_at_second_order() -> None:
     """The paper's law, whose push is held between control instants."""

@@ -117,6 +117,7 @@ def test_without_gravity_nothing_but_the_arms_resists_and_hovering_is_free(name:
     np.testing.assert_allclose(hovering.shapes, free.shapes, rtol=0, atol=1e-9)
 
 
+@pytest.mark.long
 def test_turning_about_a_level_arm_through_the_centre_is_no_mode_whatever_its_rounding() -> None:
     """The arm keeps its sag in the world. With the arm's base lower by h the vehicle hangs from it,
     the more softly the smaller h is, and the other modes are those of h = 0."""
@@ -319,6 +320,7 @@ def two_sections(**arm: object) -> ca.Vehicle:
     return ca.Vehicle(name="halves", uav=uav, arm=[{"section": [half, half], **arm}])
 
 
+@pytest.mark.long
 def test_an_arm_that_buckles_upright_falls_to_a_side_that_nothing_chooses() -> None:
     """As far as with a push of nearly nothing, and a turn around the load is no mode about it."""
     for vehicle in (ca.load_vehicle("slender"), two_sections()):

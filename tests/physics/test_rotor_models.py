@@ -1,5 +1,6 @@
 """Thrust curves, unequal lags, and drag and lift of moving rotors, against a motion in NumPy."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,7 @@ def commanded_speed(thrust: Array) -> Array:
     return (-b + np.sqrt(b * b + 4.0 * CURVE * thrust / HIGHEST)) / (2.0 * CURVE)
 
 
+@cache
 def spins_and_hubs() -> tuple[Array, Array]:
     rotors = QUAD.uav.rotors
     assert rotors is not None
@@ -60,17 +62,13 @@ def motion(t: float, y: Array) -> Array:
     """Newton and Euler for the body, each rotor by itself, as RotorPy writes it."""
     v, w, u = y[3:6], y[10:13], y[13:]
     turn = Rotation.from_quat(y[6:10])
-    air = turn.inv().apply(v - breeze(t))
-    force, moment = np.zeros(3), np.zeros(3)
-    for spin, hub, speed in zip(*spins_and_hubs(), u, strict=True):
-        local = air + np.cross(w, hub)
-        thrust = HIGHEST * (CURVE * speed**2 + (1.0 - CURVE) * speed)
-        lift = LIFT * (local[0] ** 2 + local[1] ** 2)
-        pull = (
-            np.array([0.0, 0.0, thrust + lift]) - speed * np.diag([*DRAG[:1] * 2, DRAG[1]]) @ local
-        )
-        force += pull
-        moment += np.cross(hub, pull) + [0.0, 0.0, spin * TORQUE * thrust]
+    spins, hubs = spins_and_hubs()
+    local = turn.inv().apply(v - breeze(t)) + np.cross(w, hubs)
+    thrust = HIGHEST * (CURVE * u**2 + (1.0 - CURVE) * u)
+    pull = -u[:, None] * local * [DRAG[0], DRAG[0], DRAG[1]]
+    pull[:, 2] += thrust + LIFT * (local[:, 0] ** 2 + local[:, 1] ** 2)
+    force = pull.sum(0)
+    moment = np.cross(hubs, pull).sum(0) + [0.0, 0.0, TORQUE * (spins @ thrust)]
     behind = commanded_speed(commands(t)) - u
     spun = behind / np.where(behind > 0.0, UP, DOWN)
     q = y[6:10] / np.linalg.norm(y[6:10])

@@ -456,6 +456,7 @@ def test_what_rotors_and_air_cannot_do_is_refused_in_one_sentence(
         flown(vehicle, **{"q": LEVEL} | given)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [next(iter(EXCITATIONS)), "release"])
 def test_studies_excite_a_vehicle_with_rotors_by_direct_forces(name: str) -> None:
     """Rotors stand still then, and the flight is that of the vehicle without them."""

@@ -90,6 +90,7 @@ def test_its_results_have_no_arms_and_its_lengths_are_a_rotors_lever() -> None:
     assert asked["q"].sizes["coordinate"] == 6
 
 
+@pytest.mark.long
 def test_batches_and_single_runs_have_the_same_bits() -> None:
     masses = [1.1, 1.2, 1.3, 1.25, 1.15]
     batch = ca.simulate(QUAD.replace({"uav.mass": masses}), AHEAD, duration=0.5, sample=0.1)
@@ -166,6 +167,7 @@ def test_it_is_identified_from_a_recorded_flight() -> None:
     )
 
 
+@pytest.mark.long
 def test_it_is_written_checked_shown_and_exported(tmp_path: Path) -> None:
     (tmp_path / "quad.toml").write_text(as_toml(QUAD), encoding="utf-8")
     assert ca.load_vehicle(tmp_path / "quad.toml") == QUAD

@@ -71,6 +71,7 @@ def test_every_reading_is_counted_once() -> None:
     assert READING.replace(**METRICS[LITERAL]) == READING
 
 
+@pytest.mark.long
 def test_readings_that_share_flights_get_the_numbers_of_their_own_flights() -> None:
     vehicle = ca.load_vehicle("table1")
     readings = [
@@ -87,6 +88,7 @@ def test_readings_that_share_flights_get_the_numbers_of_their_own_flights() -> N
     assert not np.array_equal(test_d[0], test_d[1])
 
 
+@pytest.mark.long
 def test_log_ratios_give_the_factor_of_the_study() -> None:
     vehicle = ca.load_vehicle("table1")
     logs = log_ratios([(vehicle, READING)], Accuracy(1e-7, 1e-3, 10**6, 8))[0]
@@ -154,6 +156,7 @@ def test_a_seed_gives_the_same_search_again(found: Search, results: Any) -> None
     assert results["vehicles"] == found.vehicles
 
 
+@pytest.mark.long
 def test_an_interrupted_search_reports_the_best_it_has_found() -> None:
     def stop(done: int, total: int, what: str) -> None:
         if what.startswith("refining"):
@@ -191,6 +194,7 @@ def test_the_vehicles_written_give_the_numbers_reported(
         np.testing.assert_array_equal(flown.table(reading), results[key]["ours"])
 
 
+@pytest.mark.long
 def test_the_command_prints_its_table_and_writes_small_files(
     written: tuple[Path, str], results: Any
 ) -> None:

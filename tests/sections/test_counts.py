@@ -5,6 +5,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
+
 import continuair.errors
 
 PACKAGE = Path(continuair.errors.__file__).parent
@@ -37,6 +39,7 @@ def is_two(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value == 2 and isinstance(node.value, int)
 
 
+@pytest.mark.long
 def test_nothing_else_counts_two_coordinates_of_a_section() -> None:
     paths = sorted(PACKAGE.rglob("*.py"))
     wrong = [

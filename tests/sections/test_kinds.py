@@ -55,6 +55,7 @@ def pushed() -> ca.Scenario:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("model", "method", "place"),
     [("coupled", "RK4", 1), ("decoupled", "implicit", 0), ("coupled", "Tsit5", 1)],

@@ -48,6 +48,7 @@ def test_the_papers_tests_are_for_its_vehicle() -> None:
     assert not Path("never.zarr").exists()
 
 
+@pytest.mark.long
 def test_a_sweep_flies_with_the_integrator_of_its_design(tmp_path: Path) -> None:
     excited = {"excitation": "sine", "on": "force_x", "amplitude": 1.0, "frequency": 0.5}
     shared = {"vehicle": "two_section", "scenario": excited | {"duration": 0.2, "lift": 1.0}}

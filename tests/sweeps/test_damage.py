@@ -185,6 +185,8 @@ FILE_DAMAGES: dict[str, Damage] = {
     "missing results/zarr.json": lambda store, _: (store / "results/zarr.json").unlink(),
     "missing design": lambda store, _: shutil.rmtree(store / "design"),
 }
+PLACES = [f"{damage} {name}" for damage in ("flipped bit in", "truncated") for name in DESCRIPTION]
+"""Damages to each file of the description, tried by the long tests; the short ones try chunks."""
 for _name in DESCRIPTION:
     FILE_DAMAGES[f"flipped bit in {_name}"] = lambda s, c, name=_name: flip(s / name, c)  # type: ignore[misc]
     FILE_DAMAGES[f"truncated {_name}"] = lambda s, c, name=_name: cut(s / name, c)  # type: ignore[misc]
@@ -194,7 +196,7 @@ CASES = [
         damage,
         turn,
         name in UNIT_DAMAGES,
-        marks=[pytest.mark.long] if turn else [],
+        marks=[pytest.mark.long] if turn or name in PLACES else [],
         id=f"{name} {turn}",
     )
     for name, damage in {**UNIT_DAMAGES, **FILE_DAMAGES}.items()

@@ -36,6 +36,7 @@ def rmse(vehicle: ca.Vehicle, scenario: ca.Scenario, sample: float = 2e-3) -> fl
     return float(ca.compare(*flights)["rmse_t_m"])
 
 
+@pytest.mark.long
 def test_no_lift_acts_in_a_test_of_the_paper_on_a_vehicle_with_rotors(tmp_path: Path) -> None:
     said: dict[str, Any] = ca.load_vehicle("paper").describe()
     rotors = {"layout": "quad_x", "lever": 0.3, "thrust_limits": [0, 20]}

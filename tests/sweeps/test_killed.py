@@ -81,7 +81,9 @@ def assert_same(store: Path, undisturbed: dict[str, bytes], earlier: dict[str, l
     assert {name: now[name] for name in earlier} == earlier
 
 
-@pytest.mark.parametrize(("shards", "kills"), [(1, 24), (2, 20)])
+@pytest.mark.parametrize(
+    ("shards", "kills"), [pytest.param(1, 24, marks=pytest.mark.soak), (2, 20)]
+)
 def test_killed_lives_add_up_to_an_undisturbed_sweep(
     design: Path, undisturbed: dict[str, bytes], tmp_path: Path, shards: int, kills: int
 ) -> None:
@@ -177,7 +179,7 @@ def wait_for(condition: Any) -> None:
         time.sleep(2e-3)
 
 
-@pytest.mark.parametrize("apart", [0.0, 0.3])
+@pytest.mark.parametrize("apart", [0.0, pytest.param(0.3, marks=pytest.mark.soak)])
 def test_shards_that_start_together_on_a_new_store_all_join(
     design: Path, undisturbed: dict[str, bytes], tmp_path: Path, apart: float
 ) -> None:

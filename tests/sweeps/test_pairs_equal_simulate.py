@@ -31,7 +31,7 @@ MORE_OPEN, MORE_CLOSED = range(20, 220), range(8, 80)
 
 
 @pytest.mark.parametrize(
-    "numbers", [OPEN, pytest.param(MORE_OPEN, marks=pytest.mark.long)], ids=["some", "more"]
+    "numbers", [OPEN, pytest.param(MORE_OPEN, marks=pytest.mark.soak)], ids=["some", "more"]
 )
 def test_open_loop(numbers: range) -> None:
     for number in numbers:
@@ -39,7 +39,7 @@ def test_open_loop(numbers: range) -> None:
 
 
 @pytest.mark.parametrize(
-    "numbers", [CLOSED, pytest.param(MORE_CLOSED, marks=pytest.mark.long)], ids=["some", "more"]
+    "numbers", [CLOSED, pytest.param(MORE_CLOSED, marks=pytest.mark.soak)], ids=["some", "more"]
 )
 def test_closed_loop(numbers: range) -> None:
     for number in numbers:

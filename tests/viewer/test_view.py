@@ -118,6 +118,7 @@ def test_what_cannot_be_served_or_written_is_told_before_a_vehicle_flies(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("default::continuair.errors.ContinuairWarning")
 def test_a_flight_that_ended_early_is_told_when_and_why(tmp_path: Path) -> None:
     start = [0, 0, 3, 0, 0, 0, 6.0, 0.0, 0, 0]
@@ -239,6 +240,7 @@ def test_a_study_shows_the_flight_that_is_named_beside_the_decoupled_one(tmp_pat
     assert_refused(run(str(tmp_path / "study"), "--flight", "C"), "flight", "C")
 
 
+@pytest.mark.long
 def test_a_run_of_a_batch_has_the_vehicle_of_its_own(tmp_path: Path) -> None:
     lengths = np.array([0.5, 1.0, 1.5])
     vehicles = PAPER.replace({"arm.length": lengths})

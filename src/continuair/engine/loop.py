@@ -119,9 +119,13 @@ class Loop:
         """
         lanes = engine.lanes(runs)
         if (engine, lanes) not in self._packed:
-            kernels, packed = self._kernels(engine, lanes)
+            law, how = self._law(engine), self._how(engine)
+            kernels = closed_loop(made_law(*law), engine.model, how)
+            # What is wrong with the gains is told before anything is compiled, as packs are.
             _check_memory(self.controller, kernels)
             gains = pack_gains(self.controller, kernels.Gains, self.points)
+            several = made_for_packs(*law, lanes) if lanes > 1 else None
+            packed = None if several is None else packed_loop(several, engine.model, how)
             cameras = pack_cameras(engine.vehicle, kernels.camera.Camera)
             model, Camera = self.controller.believes, kernels.camera.Camera
             nominal = None if model is None else _nominal_model(model, engine, Camera)
@@ -149,13 +153,6 @@ class Loop:
             self.controller.integral > 0.0,
             self.controller.believes is not None,
         )
-
-    def _kernels(self, engine: Engine, lanes: int) -> tuple[LoopKernels, LoopKernels | None]:
-        """Return the kernels of single runs, and those of packs if the law supports them."""
-        law, how = self._law(engine), self._how(engine)
-        kernels = closed_loop(made_law(*law), engine.model, how)
-        several = made_for_packs(*law, lanes) if lanes > 1 else None
-        return kernels, None if several is None else packed_loop(several, engine.model, how)
 
     def watch(self, engine: Engine, log: Array, runs: Array) -> Array | None:
         """Return camera and image features along logged rows of some runs, None without target."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -168,7 +169,7 @@ class Vehicle(Part):
             )
         return self.arm_tables
 
-    @property
+    @cached_property
     def arms(self) -> tuple[ArmChain, ...]:
         """Return the arms; that of an [arm] table is named "arm", and its section "0"."""
         if isinstance(self.arm_tables, tuple):
@@ -186,7 +187,7 @@ class Vehicle(Part):
         """Return the number of sections of all arms."""
         return sum(self.shape)
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
         """Return the columns of coordinates, of states without rotor speeds, and of inputs."""
         widths = tuple(tuple(part.coordinates for part in arm.section) for arm in self.arms)
