@@ -19,6 +19,7 @@ from continuair.vehicle.disk import Disk
 from continuair.vehicle.fields import Part, kinds
 from continuair.vehicle.rotors import Drag, Rotor, Rotors
 from continuair.vehicle.section import Section
+from continuair.vehicle.strain import Strain
 from continuair.vehicle.uav import Uav
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
@@ -27,7 +28,7 @@ HEAD = "| field | unit | default | meaning |\n"
 TIP = next(kind for kind in kinds(ArmChain, "tip") if kind)
 VEHICLE: list[dict[type[Part], str]] = [
     {ca.Vehicle: "{}", Uav: "uav.{}", Camera: "camera.{}"},
-    {Section: "{}", Disk: "{} of a disk"},
+    {Section: "{}", Disk: "{} of a disk", Strain: "{} of a strain"},
     {ArmChain: "arm.{}", TIP: "arm.tip.{}"},
     {Rotors: "uav.rotors.{}", Rotor: "{} of a rotor", Drag: "uav.drag.{}"},
 ]

@@ -1,8 +1,8 @@
 """The section with a strain field: bend, twist, stretch and shear that vary along the arm.
 
-Each component of the strain is a Legendre series along the section (orders.py). After F. Renda et
-al., IEEE RA-L 5(3), 2020, and F. Boyer et al., IEEE T-RO 37(3), 2021; the frames are found by
-collocation at the Gauss nodes of the section's own mass (nodes.py, field.py, element.py).
+Each component of the strain is a Legendre series along the section (vehicle/strain.py). After F.
+Renda et al., IEEE RA-L 5(3), 2020, and F. Boyer et al., IEEE T-RO 37(3), 2021; the frames are found
+by collocation at the Gauss nodes of the section's own mass (nodes.py, native.py, element.py).
 """
 
 from dataclasses import dataclass
