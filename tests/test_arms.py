@@ -57,7 +57,8 @@ def test_mass_is_that_of_uav_sections_disks_and_tips() -> None:
 
 def derived(section: Section) -> dict[str, float]:
     names = [name for name, value in vars(Section).items() if isinstance(value, property)]
-    return {name: getattr(section, name) for name in names if not name.startswith("model_")}
+    found = {name: getattr(section, name) for name in names if not name.startswith("model_")}
+    return {name: each for name, each in found.items() if isinstance(each, (int, float))}
 
 
 def test_stiffness_and_mass_per_length_stand_for_youngs_modulus_and_density() -> None:

@@ -93,6 +93,8 @@ def test_every_field_of_a_vehicle_stands_in_the_file_with_its_unit_or_meaning(
     parts = [Uav, Rotors, Rotor, Drag, Section, Disk, Camera]
     missing = {field for part in parts for field in named_fields(part)} - {row[0] for row in rows}
     tables = {"rotors", "drag", "rotor", "disks"}
+    # A strain that varies cannot be flown yet.
+    tables |= {"strain", "nodes", "poisson_ratio"}
     assert missing <= tables | ({"name"} if sections == 1 else {"mount"})
     if sections > 1:
         assert {*named_fields(ArmChain), *named_fields(TipBody)} - {row[0] for row in rows} <= {

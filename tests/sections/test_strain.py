@@ -35,7 +35,7 @@ def as_rod(section: Section, fine: int = 24) -> Rod:
               for x, w in zip(nodes, weights, strict=True)]  # fmt: skip
     bodies += [(disk.position / section.length, disk.mass, disk.transverse_inertia,
                 disk.axial_inertia) for disk in section.disks]  # fmt: skip
-    return Rod(section.length, each, bodies, section.rigidities)
+    return Rod(section.length, each, bodies, section.rigidities())
 
 
 def elastic(vehicle: ca.Vehicle, q: np.ndarray) -> np.ndarray:

@@ -229,7 +229,6 @@ class Section(Part):
         """Return the number of nodes at which a strain that varies is integrated."""
         return self.nodes or self.orders.nodes
 
-    @property
     def rigidities(self) -> tuple[float, ...]:
         """Return stiffness of each component of the strain: E I twice, G J, E A and G A twice.
 

@@ -434,7 +434,7 @@ def check_arcs(vehicle: Vehicle) -> None:
     vehicle : Vehicle
         Vehicle, plain or batched.
     """
-    for arm in vehicle.arms:
+    for arm in check_vehicle(vehicle).arms:
         for section in arm.section:
             if not section.polar:
                 raise InputError(

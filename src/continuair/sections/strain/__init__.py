@@ -123,7 +123,7 @@ class StrainField(SectionKind):
             Of shape (runs, coordinates).
         """
         length = per_run(section.length, runs)
-        rigidities = section.rigidities
+        rigidities = section.rigidities()
         each = [
             per_run(rigidities[component], runs) * length / (2 * order + 1)
             for component, order in self.orders.coordinates
