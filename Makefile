@@ -1,4 +1,4 @@
-# make paper | test | verify | soak | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
+# make paper | test | verify | soak | mutants | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
 PYTHON ?= python3
 # What `make test` installs; EXTRAS=test,oracles adds the comparisons with other engines.
 EXTRAS ?= test
@@ -13,7 +13,7 @@ comma := ,
 # The package is installed in place, so that only these two files call for another installation.
 INPUTS := pyproject.toml constraints.txt
 
-.PHONY: paper test verify soak bench docs clean
+.PHONY: paper test verify soak mutants bench docs clean
 
 paper: $(VENV)/installed
 	$(BIN)/continuair paper --out results/paper --check
@@ -39,6 +39,12 @@ soak: $(VENV)/installed-test
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.soak --minutes $(MINUTES) --out docs/explanation/soak.md
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.swarm --count 20000
 	OMP_NUM_THREADS=1 $(BIN)/pytest -q -n $(WORKERS) --dist loadfile -m "slow or soak"
+
+# Do the tests of `make test` notice one changed operation? COUNT=60 takes hours; it may be stopped,
+# and goes on where it was.
+COUNT ?= 60
+mutants: $(VENV)/installed-test
+	$(BIN)/python -m tests.fuzz.mutants --count $(COUNT) --workers $(WORKERS) --out mutants.jsonl
 
 bench: $(VENV)/installed-test-oracles
 	$(BIN)/pytest benchmarks/ --benchmark-only
