@@ -63,11 +63,6 @@ class Orders:
         return sum(self.counts[:_TURNING])
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Return the names of the coordinates, such as bend_x_0 and twist_1."""
-        return tuple(f"{COMPONENTS[c]}_{p}" for c, p in self.coordinates)
-
-    @property
     def highest(self) -> int:
         """Return the highest order of the components that turn the cross-section."""
         return max(self.counts[:_TURNING]) - 1
