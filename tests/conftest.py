@@ -18,7 +18,7 @@ def _compiling_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="session", autouse=True)
 def _commands_are_made_once() -> Iterator[None]:
-    """What an application's functions become as commands is kept from one call to the next."""
+    """Make the commands of an application once; later calls return the same objects."""
     kept: dict[Any, Any] = {}
 
     def found(app: typer.Typer) -> Any:

@@ -37,7 +37,7 @@ class InputError(ValueError):
     Attributes
     ----------
     place : str
-        Name of the file, run or worker with the field; empty if there is none.
+        Name of the file, run or worker that holds the field, or an empty string.
     errors : tuple of InputError
         Errors of all invalid fields, this one first.
 

@@ -26,7 +26,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PLACES = ("kernels", "flight", "terms", "sections", "analysis/metrics.py", "analysis/balance.py")
-"""What is changed, below src/continuair."""
+"""Folders and files that mutants change, below src/continuair."""
 
 FIRST = ("physics", "equations", "terms", "sections", "kernels", "test_metrics.py")
 """Tests that run first, as they are likely to notice."""

@@ -151,7 +151,7 @@ class Section(Part):
 
     def _check_strain(self) -> None:
         """Raise InputError for a strain field without room, or without what its rigidities need."""
-        if self.kind == "arc":
+        if self.polar:
             for name in ("nodes", "poisson_ratio"):
                 if getattr(self, name) is not None:
                     raise InputError(
@@ -212,7 +212,7 @@ class Section(Part):
     @property
     def kind(self) -> str:
         """Return the name of the section's kind: "arc" for constant curvature, else "strain"."""
-        return "arc" if self.orders == CONSTANT else "strain"
+        return "arc" if self.polar else "strain"
 
     @property
     def polar(self) -> bool:
@@ -230,9 +230,12 @@ class Section(Part):
         return self.nodes or self.orders.nodes
 
     def rigidities(self) -> tuple[float, ...]:
-        """Return stiffness of each component of the strain: E I twice, G J, E A and G A twice.
+        """Return the stiffness of each component of the strain.
 
-        It is 0 for components that are left out. [N m², N m², N m², N, N, N]
+        Returns
+        -------
+        tuple of float
+            E I twice, G J [N m²], E A and G A twice [N]; 0 where a component is left out.
         """
         bending, orders = self.bending_stiffness, self.orders
         softer = 0.0 if self.poisson_ratio is None else 1.0 / (1.0 + self.poisson_ratio)

@@ -18,6 +18,7 @@ from continuair.sections.arc.joint import joint_code
 from continuair.sections.arc.moments import MOMENTS, TERMS, length_unit, polynomials
 from continuair.sections.arc.place import place_code
 from continuair.sections.kind import SectionCode, SectionKind, SymbolicSection
+from continuair.sections.rod import Rod
 from continuair.typing import Array
 from continuair.vehicle.arc import COORDINATES
 from continuair.vehicle.runs import per_run
@@ -116,7 +117,7 @@ class Arc(SectionKind):
         dict of str to ndarray
             Values (runs,) of ``axial``.
         """
-        rod = _Rod(section, runs)
+        rod = Rod(section, runs)
         return {"axial": np.asarray(rod.backbone[2] + sum(disk[3] for disk in rod.disks))}
 
     def table(self, section: Section, runs: int, at: slice) -> Array:
@@ -136,7 +137,7 @@ class Arc(SectionKind):
         ndarray
             Of shape (n, rows, columns).
         """
-        rod = _Rod(section, runs)
+        rod = Rod(section, runs)
         disks = [[part[at] for part in disk] for disk in rod.disks]
         return polynomials(rod.length[at], [part[at] for part in rod.backbone], disks)
 
@@ -189,30 +190,6 @@ class Arc(SectionKind):
     def _each(self, of_section: np.ndarray) -> np.ndarray:
         """Return values of a section (runs,), repeated for its coordinates (runs, coordinates)."""
         return np.repeat(of_section[:, None], self.coordinates, axis=1)
-
-
-class _Rod:
-    """Bodies of an arc over runs.
-
-    length (runs,); backbone: (mass, transverse inertia, axial inertia); disks: (position, mass,
-    transverse inertia, axial inertia) each.
-    """
-
-    def __init__(self, section: Section, runs: int) -> None:
-        self.length = per_run(section.length, runs)
-        densities = (
-            section.mass_per_length,
-            section.transverse_inertia_per_length,
-            section.axial_inertia_per_length,
-        )
-        self.backbone = [per_run(density, runs) * self.length for density in densities]
-        self.disks = [
-            [
-                per_run(value, runs)
-                for value in (d.position, d.mass, d.transverse_inertia, d.axial_inertia)
-            ]
-            for d in section.disks
-        ]
 
 
 @cache

@@ -15,6 +15,7 @@ import warp as wp
 from continuair.device.numbers import Numbers, holding
 from continuair.device.types import MAX_BEND_ANGLE, Tree, device_types
 from continuair.sections.kind import SectionCode, SectionKind
+from continuair.sections.rod import Rod
 from continuair.sections.strain.element import BODIES, element_code
 from continuair.sections.strain.nodes import gathered, integration
 from continuair.sections.strain.place import place_code
@@ -165,18 +166,12 @@ class StrainField(SectionKind):
         ndarray
             Of shape (n, rows, columns).
         """
-        length = per_run(section.length, runs)[at]
-        densities = (
-            section.mass_per_length,
-            section.transverse_inertia_per_length,
-            section.axial_inertia_per_length,
-        )
-        backbone = np.stack([per_run(each, runs)[at] * length for each in densities], axis=1)
-        disks = np.empty((len(length), len(section.disks), 4))
-        for index, disk in enumerate(section.disks):
-            values = (disk.position, disk.mass, disk.transverse_inertia, disk.axial_inertia)
-            for column, value in enumerate(values):
-                disks[:, index, column] = per_run(value, runs)[at]
+        rod = Rod(section, runs)
+        length = rod.length[at]
+        backbone = np.stack([part[at] for part in rod.backbone], axis=1)
+        disks = np.empty((len(length), len(rod.disks), 4))
+        for index, disk in enumerate(rod.disks):
+            disks[:, index] = np.stack([part[at] for part in disk], axis=1)
         disks[..., 0] /= length[:, None]
         nodes, bodies = gathered(self.nodes, backbone, disks)
         out = np.zeros((len(length), self.rows, self.columns))

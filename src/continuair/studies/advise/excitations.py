@@ -163,8 +163,8 @@ def _errors(
 ) -> dict[str, Array]:
     """Return the error of each model at each frequency.
 
-    longer: longer than needed, by at least so many periods; periods: that a flight in a loop lasts
-    at the least, one number or (n,).
+    longer: factor on the duration that is needed; least: least duration [clamped periods]; periods:
+    least duration of a flight in a loop [clamped periods], one number or (n,).
     """
     frequencies = np.asarray(frequencies, float)
     errors: dict[str, Array] = {model: np.empty(len(frequencies)) for model in models}
