@@ -15,7 +15,6 @@ from pathlib import Path
 from time import perf_counter, process_time, strftime
 from typing import Any
 
-import lanes
 import numpy as np
 import roofline_page
 from counting import counted
@@ -123,7 +122,6 @@ def main() -> None:
         "copy": copied_bytes_per_second(),
         "disks": disks(),
         "batches": batches(),
-        "lanes": lanes.measure(),
     }
     (ROOT / "benchmarks" / "roofline.json").write_text(json.dumps(result, indent=1) + "\n")
     roofline_page.write(result, ROOT / "docs")

@@ -34,7 +34,6 @@ def write(result: dict[str, Any], docs: Path) -> None:
         "ROW": f"{8 * ONE_SECTION.log}",
         "LOGGED": f"{LOGGED:.3g}",
         "COPY": f"{result['copy'] / 1e9:.3g}",
-        "LANES": _lanes(result.get("lanes")),
         "CARD": f"{card['when']}, {card['device']}, Warp {card['warp']}",
         "CARDCOPY": f"{card['copy'] / 1e12:.2g}",
         "CARDRATES": _rates(card),
@@ -110,16 +109,6 @@ def _batches(batches: list[dict[str, float]]) -> str:
     rows = [[f"{b['runs']}", *(f"{1e6 * b[n]:.3f}" for n in threads)] for b in batches]
     head = [f"{n} thread{'s' if n != '1' else ''} [µs per run and step]" for n in threads]
     return _table(["runs", *head], rows)
-
-
-def _lanes(lanes: dict[str, Any] | None) -> str:
-    if not lanes:
-        return "Not measured."
-    rows = [
-        [case["what"], f"{1e6 * case['seconds']:.3f}", f"{case['ratio']:.2f}"]
-        for case in lanes["cases"]
-    ]
-    return _table(["coupled, float64, one core", "µs per run and step", "faster by"], rows)
 
 
 def _rates(found: dict[str, Any]) -> str:
