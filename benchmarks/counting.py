@@ -460,7 +460,8 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     of = numbers, tree_of(vehicle)
     layout, begins, pilot = of[1].layout, arguments(numbers.precision), no_pilot(*of)
     q, qd = np.array([[0, 0, 5, 0, 0, 0, 0.1, 0]]), np.array([[0, 0, 0, 0.1, 0.1, 0.1, 0, 0]])
-    states, inputs = Array(state_from_paper(q, qd)[:, None]), np.zeros((1, 1, layout.inputs))
+    states = Array(state_from_paper(q, qd, layout)[:, None])
+    inputs = np.zeros((1, 1, layout.inputs))
     inputs[0, 0, layout.of_input["force"]] = 0.0, 0.0, 9.81 * vehicle.mass
     after = np.full(steps, -1)
     after[-1] = 1
@@ -468,7 +469,7 @@ def fly(model: str, steps: int) -> tuple[Tally, np.ndarray]:
     ends = [*(Array(np.zeros(1, int), int) for _ in range(2)), Array(np.zeros((1, 1)), int)]
     rollout_kernel(*of, dynamics_code(*of, model), pilot, state_logger(*of))(
         packed(vehicle, *of),
-        filled(begins.Start, states=states, frozen=states, angle=Array(branches_of(q))),
+        filled(begins.Start, states=states, frozen=states, angle=Array(branches_of(q, layout))),
         filled(begins.Drive, inputs=Array(inputs), groups=GENERAL, gravity=number(9.81)),
         filled(begins.Steps, starts=Array(STEP * np.arange(steps)), lengths=Array(lengths),
                sample_after=Array(after, int)),

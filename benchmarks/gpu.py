@@ -46,7 +46,7 @@ def roll_out(engine: Engine, runs: int, steps: int) -> Any:
     inputs = np.zeros((1, 1, engine.layout.inputs))
     inputs[0, 0, 2] = 9.81 * float(engine.vehicle.mass)
     real = getattr(wp, engine.dtype.name)
-    begin = Start(state_from_paper(q, qd), branches_of(q))
+    begin = Start(state_from_paper(q, qd, engine.layout), branches_of(q, engine.layout))
     status, last = (wp.zeros(runs, wp.int32, device=engine.device) for _ in range(2))
     saturation = wp.zeros((runs, 1), real, device=engine.device)
     log = wp.zeros((runs, 2, engine.layout.log), real, device=engine.device)

@@ -76,7 +76,7 @@ def open_loop(case: Case) -> tuple[Engine, Start, Any, Drive]:
     qd[:, 3:6] = 0.1
     table = np.full((1, RUNS, layout.inputs), 0.1)
     table[..., layout.force] = 0.0, 0.0, 9.81 * 2.0
-    start = Start(state_from_paper(q, qd), branches_of(q))
+    start = Start(state_from_paper(q, qd, layout), branches_of(q, layout))
     grid = grid_of(marks_of(STEPS * STEP, 10 * STEP), STEP)
     return engine, start, grid, Drive(table, False, case.groups, 9.81)
 

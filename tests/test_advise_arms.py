@@ -115,6 +115,7 @@ def test_loads_on_tip_and_bends_turn_the_arms_end_by_the_angle_they_are_named_by
     assert angle == pytest.approx(load, rel=1e-4)
 
 
+@pytest.mark.long
 def test_a_letter_starts_with_the_camera_above_it_whichever_way_its_arm_leans() -> None:
     vehicle = equipped(DUAL, SETTINGS["nominal"])
     law = ca.servoing(**ca.design(vehicle, 6.0))

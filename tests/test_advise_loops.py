@@ -138,6 +138,7 @@ def test_an_attitude_loop_lets_the_decoupled_model_do_for_faster_motion() -> Non
     assert limits[0] < limits[1] < limits[2]
 
 
+@pytest.mark.long
 def test_an_attitude_loop_flies_as_long_at_every_frequency_as_nothing_holds_the_place() -> None:
     """Sideways the models drift apart with the square of the time: flights of other durations
     beside each other would be of other errors."""

@@ -164,6 +164,7 @@ def test_notes_on_one_trajectory_do_not_appear_on_the_next() -> None:
     assert "note" not in again["axis"].attrs | again["time"].attrs
 
 
+@pytest.mark.long
 def test_arms_one_of_which_has_other_lengths_fly_from_a_single_start() -> None:
     """The other arm, and the start, are those of every run."""
     vehicles = ca.load_vehicle("dual_arm").replace({"arm.right.section.0.length": [0.4, 0.5]})

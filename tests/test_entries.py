@@ -76,7 +76,7 @@ VALUES: list[tuple[tuple[str, ...], str, list[Any]]] = [
     (BATCHES, "device", [3, None, "tpu", "CPU", "cuda:99"]),
     (BATCHES, "threads", [0, -2, 1.5, True, "all"]),
 ]
-REFUSED: list[tuple[Any, Any, dict[str, Any], tuple[str, ...], str]] = [
+REFUSED: list[Any] = [
     *(
         (PAPER, FALL, {name: value}, entries, name)
         for entries, name, values in VALUES
@@ -102,7 +102,9 @@ REFUSED: list[tuple[Any, Any, dict[str, Any], tuple[str, ...], str]] = [
     (TWO, before(target=[still(0.0)] * 3), {}, BATCHES, "vehicle"),
     (TWO, before(controller=ca.stack([flights.designed(2.0)] * 3)), {}, BATCHES, "vehicle"),
     # Inputs that cannot be used later on.
-    (PAPER, FALL.replace(force=later([np.nan] * 3)), {}, BATCHES, "force"),
+    pytest.param(
+        PAPER, FALL.replace(force=later([np.nan] * 3)), {}, BATCHES, "force", marks=pytest.mark.long
+    ),
     (PAPER, FALL.replace(force=later([1.0, 2.0])), {}, BATCHES, "force"),
     (PAPER, FALL.replace(force=later(KeyError("t"))), {}, BATCHES, "force"),
     # Closed loops.
@@ -111,7 +113,14 @@ REFUSED: list[tuple[Any, Any, dict[str, Any], tuple[str, ...], str]] = [
     (flights.VEHICLE, before(target=still(0.0, 3.0)), {}, BATCHES, "target"),
     (flights.VEHICLE, before(target=still(1.6)), {}, BATCHES, "target"),
     (flights.VEHICLE, before(target=[still(0.0), still(-0.8)]), {}, BATCHES, "target"),
-    (flights.VEHICLE, before(controller=ca.servoing(5.0, 0.1, points=3)), {}, BATCHES, "Kp"),
+    pytest.param(
+        flights.VEHICLE,
+        before(controller=ca.servoing(5.0, 0.1, points=3)),
+        {},
+        BATCHES,
+        "Kp",
+        marks=pytest.mark.long,
+    ),
     (
         PAPER.replace({"camera.noise": 0.5}),
         before(control_period=None),
@@ -159,7 +168,9 @@ COARSE: dict[str, tuple[ca.Vehicle, ca.Scenario, float, tuple[str, ...]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", COARSE)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[pytest.mark.long] * (case == "loop")) for case in COARSE]
+)
 def test_every_entry_warns_of_a_coarse_step_in_the_same_words_and_where_it_was_called(
     case: str,
 ) -> None:

@@ -132,6 +132,7 @@ def test_rotors_that_lean_give_lift_and_moments_as_asked(lean: tuple[float, floa
     np.testing.assert_allclose(given[2:], asked[2:], atol=1e-13)
 
 
+@pytest.mark.long
 def test_rotors_that_push_a_level_vehicle_sideways_do_not_hover_by_themselves() -> None:
     start = ca.Scenario("hover", (0, 0, 2, 0, 0, 0, 0, 0), duration=0.01)
     with refused("uav.rotors"):

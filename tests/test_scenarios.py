@@ -69,7 +69,7 @@ def test_there_are_no_other_open_loop_tests(letter: Any) -> None:
 UNUSABLE: list[tuple[dict[str, Any], str]] = [
     ({"name": ""}, "name"),
     ({"name": "a\nb"}, "name"),
-    ({"q": [0.0] * 7}, "q"),
+    ({"q": [0.0] * 5}, "q"),
     ({"q": [[]]}, "q"),
     ({"q": "abc"}, "q"),
     ({"q": [True] * 8}, "q"),

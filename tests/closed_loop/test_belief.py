@@ -78,6 +78,7 @@ def test_a_law_computes_with_the_vehicle_that_it_believes_in(each: bool) -> None
         assert np.linalg.norm(push - expected) < 1e-10 * np.linalg.norm(expected)
 
 
+@pytest.mark.long
 def test_a_law_that_believes_in_what_flies_flies_as_ever() -> None:
     """Also through a camera with noise, which is that of the camera that flies."""
     noisy = VEHICLE.replace({"camera.noise": 0.5, "camera.frame_rate": 100.0})

@@ -43,7 +43,7 @@ def worst(run: xr.Dataset, since: float) -> xr.DataArray:
     return late.max(("time", "pixel"), skipna=False)
 
 
-@pytest.mark.parametrize("model", ["coupled", "decoupled"])
+@pytest.mark.parametrize("model", ["coupled", pytest.param("decoupled", marks=pytest.mark.long)])
 def test_from_far_off_the_image_is_within_a_pixel_after_eight_seconds(model: str) -> None:
     q = np.tile(flights.start(x=0.0, z=0.0, kappa=0.1), (len(FAR), 1))
     for row, (coordinate, off) in zip(q, FAR.values(), strict=True):

@@ -170,7 +170,12 @@ def test_thrust_is_along_the_body_and_turns_with_it_between_the_law_s_instants()
 
 
 @pytest.mark.parametrize(
-    ("vehicle", "feedforward"), [(PAPER, "weight"), (PAPER, "reaction"), (ROTORS, "weight")]
+    ("vehicle", "feedforward"),
+    [
+        (PAPER, "weight"),
+        pytest.param(PAPER, "reaction", marks=pytest.mark.long),
+        (ROTORS, "weight"),
+    ],
 )
 def test_the_preset_is_held_within_a_centimetre_and_a_degree_while_its_arm_swings(
     vehicle: ca.Vehicle, feedforward: Any

@@ -67,6 +67,7 @@ def test_gains_of_the_papers_six_rows_fit_three_points() -> None:
     assert np.abs(run.feature_error[-1]).max() < 0.05
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gains", ["constant", "current"])
 def test_points_at_several_depths_come_home_as_fast_as_those_of_one(gains: Any) -> None:
     """One depth for all of a target that is not flat leaves a slow motion: 7.7 % after 6 s."""

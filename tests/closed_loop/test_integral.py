@@ -69,6 +69,7 @@ def test_what_it_adds_is_the_error_summed_up_at_its_rate() -> None:
     assert np.abs(rate * total).max() > 1e-3
 
 
+@pytest.mark.long
 def test_far_errors_are_not_summed_up_and_runs_have_the_same_bits_alone() -> None:
     q = np.tile(flights.start(0.0, 0.0, 0.1), (5, 1))
     q[:, 1], q[:, 5] = np.linspace(0.0, 0.5, 5), np.linspace(0.0, 1.0, 5)

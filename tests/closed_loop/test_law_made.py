@@ -81,6 +81,7 @@ def moved(law: Any = pushing) -> float:
     return float(flight["position"][-1, 0])
 
 
+@pytest.mark.long
 def test_a_number_from_outside_is_the_one_that_is_there_now(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

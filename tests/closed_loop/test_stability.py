@@ -58,7 +58,7 @@ def sound_v(run: xr.Dataset, gains: dict[str, Any], elastic: bool) -> np.ndarray
     return V + elastic * run.elastic_energy.to_numpy()
 
 
-@pytest.mark.parametrize("model", ["coupled", "decoupled"])
+@pytest.mark.parametrize("model", ["coupled", pytest.param("decoupled", marks=pytest.mark.long)])
 @pytest.mark.parametrize("compensation", ["gravity_only", "literal"])
 @pytest.mark.parametrize("kind", GAINS)
 def test_the_sound_v_of_a_still_target_never_rises(

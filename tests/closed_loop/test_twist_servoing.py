@@ -63,6 +63,7 @@ def test_a_small_far_target_brings_home_what_it_hardly_shows_at_that_rate_too() 
     assert np.log(x[8] / x[16]) / 4.0 == pytest.approx(0.5, rel=0.15)
 
 
+@pytest.mark.long
 def test_letters_are_followed_by_a_quadrotor_through_a_real_camera() -> None:
     """Rotors that lag by 40 ms, half a pixel of noise, 30 frames a second, one frame late: below
     3 px, most of it at corners; and not without the target's motion."""

@@ -51,7 +51,14 @@ def largest_gap_of_kernels(vehicle: ca.Vehicle, model: Model, states: int, seed:
 
 
 @MODELS
-@pytest.mark.parametrize("vehicle", TREES.values(), ids=TREES)
+@pytest.mark.parametrize(
+    "vehicle",
+    [
+        # A kernel for each shape and model; two sections and two arms are in the short tests.
+        pytest.param(tree, id=name, marks=[pytest.mark.long] * (name not in ("2", "1+1")))
+        for name, tree in TREES.items()
+    ],
+)
 def test_kernels_are_the_readable_equations(vehicle: ca.Vehicle, model: Model) -> None:
     assert largest_gap_of_kernels(vehicle, model, 8, seed=61) < 1e-10
 

@@ -83,6 +83,7 @@ TWO_SECTION = {
 TRUE_TWO_SECTION = np.array([54e9, 54e9, 0.05, 0.08, 1.8])
 
 
+@pytest.mark.long
 def test_a_flight_of_two_sections_gives_back_each_sections_stiffness_and_the_gripper() -> None:
     found = fitted("two_section", TWO_SECTION)
     assert found.converged and found.doubts == ()

@@ -117,6 +117,7 @@ def test_thrusts_that_the_flight_gave_by_itself_contradict_no_scenario(tmp_path:
     assert held[0] == pytest.approx(9.81 * vehicle.mass, rel=1e-9)
 
 
+@pytest.mark.long
 def test_labels_in_another_order_are_read_by_their_names(tmp_path: Path) -> None:
     vehicle = ca.load_vehicle("two_section")
     law = ca.hold(vehicle, [0.1, 0.2, 3.0])

@@ -31,11 +31,11 @@ def test_an_arm_is_washed_where_the_bends_of_the_model_feel_the_rotors() -> None
     q = np.zeros((runs, 8))
     q[:, 6], q[:, 7] = random.uniform(0.1, 4.0, runs), random.uniform(-np.pi, np.pi, runs)
     engine, differ = Engine(VEHICLE, "decoupled"), []
-    still = state_from_paper(q, np.zeros(q.shape))
+    still = state_from_paper(q, np.zeros(q.shape), engine.layout)
     for speed in (0.0, 0.8):
         state = np.hstack([still, np.tile([speed, 0.0, 0.0, 0.0], (runs, 1))])
         drive = Drive(np.zeros((1, runs, engine.layout.inputs)), False, GENERAL + ROTORS, 9.81)
-        rates = engine.derivative(Start(state, branches_of(q)), drive)
+        rates = engine.derivative(Start(state, branches_of(q, engine.layout)), drive)
         differ.append(rates[:, engine.layout.bend_rate])
     felt = (differ[0] != differ[1]).any(axis=1)
     assert 0 < felt.sum() < runs

@@ -170,7 +170,7 @@ def test_a_torque_about_the_bend_is_divided_by_the_bend_or_by_its_threshold(kapp
     engine = Engine(PLAIN.replace({"arm.kappa_s": 0.05}), "coupled")
     layout, torque, psi = engine.layout, 0.3, 0.7
     q = np.array([[0.1, 0.2, 0.3, 0.1, -0.2, 0.4, kappa, psi]])
-    start = Start(state_from_paper(q, np.zeros((1, 8))), branches_of(q))
+    start = Start(state_from_paper(q, np.zeros((1, 8)), layout), branches_of(q, layout))
     polar, plain = np.zeros((2, 1, 1, layout.inputs))
     polar[..., layout.of_input["polar_torque"]] = 0.0, torque
     across = np.array([-np.sin(psi), np.cos(psi)])

@@ -60,8 +60,10 @@ def fly(
     if spoiled is not None:
         table[0, spoiled] = np.nan
     runs = np.arange(RUNS)[chosen]
-    states = np.hstack([state_from_paper(q, qd), rng.uniform(0.3, 0.9, (RUNS, layout.rotors))])
-    start = Start(states[chosen], branches_of(q)[chosen])
+    states = np.hstack(
+        [state_from_paper(q, qd, layout), rng.uniform(0.3, 0.9, (RUNS, layout.rotors))]
+    )
+    start = Start(states[chosen], branches_of(q, layout)[chosen])
     grid = grid_of(marks_of(0.02, 0.004), 5e-4)
     groups = GENERAL + PAPER + TIP + AIR * layout.air + ROTORS * (layout.rotors > 0)
     drive = Drive(table[:, chosen], False, groups, 9.81)
@@ -75,7 +77,7 @@ def rates(vehicle: ca.Vehicle, model: str) -> np.ndarray:
     q, qd = rng.uniform(-1.0, 1.0, (2, RUNS, 6 + layout.bends))
     q[2, 6] = 20.0
     table = rng.uniform(-1.0, 1.0, (1, RUNS, layout.inputs))
-    start = Start(state_from_paper(q, qd), branches_of(q))
+    start = Start(state_from_paper(q, qd, layout), branches_of(q, layout))
     return engine.derivative(start, Drive(table, False, GENERAL + PAPER + TIP, 9.81), compiled=True)
 
 

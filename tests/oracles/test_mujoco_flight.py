@@ -64,7 +64,7 @@ def test_accelerations_of_links_held_in_a_circular_arc(claim: Claim) -> None:
     q = np.zeros((n, 8))
     q[:, 3:6] = rng.uniform([-np.pi, -1.2, -np.pi], [np.pi, 1.2, np.pi], (n, 3))
     q[:, 6], q[:, 7] = rng.uniform(0.05, 2.0, n), rng.uniform(-np.pi, np.pi, n)
-    states = state_from_paper(q, rng.normal(size=(n, 8)) * [1, 1, 1, 2, 2, 2, 3, 3])
+    states = state_from_paper(q, rng.normal(size=(n, 8)) * [1, 1, 1, 2, 2, 2, 3, 3], LAYOUT)
     wrench = rng.normal(size=6) * [10, 10, 10, 1, 1, 1]
     inputs = np.zeros((1, 1, LAYOUT.inputs))
     inputs[..., LAYOUT.tip_wrench] = wrench
@@ -106,7 +106,8 @@ def test_accelerations_of_links_held_in_a_circular_arc(claim: Claim) -> None:
 
 def circular_tip(chain: CircularChain, flight: ca.Scenario, times: np.ndarray) -> np.ndarray:
     """Tip path (n, 3) of the chain held circular, through the forces of one of `FLIGHTS`."""
-    start = state_from_paper(np.atleast_2d(flight.q), np.atleast_2d(np.asarray(flight.qd)))[0]
+    rows = np.atleast_2d(flight.q), np.atleast_2d(np.asarray(flight.qd))
+    start = state_from_paper(*rows, LAYOUT)[0]
     force = np.zeros(3) if flight.tau is None else np.asarray(flight.tau)[:3]
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:

@@ -94,7 +94,7 @@ def worst_acceleration(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
 def masses(hub: Hub) -> tuple[list[Any], list[Any]]:
     """(ours, theirs): of the readable form and, inverted from unit pushes, of the kernels."""
     q, qd = random_states()
-    states = state_from_paper(q, qd)
+    states = state_from_paper(q, qd, LAYOUT)
     pushed = np.stack([kernel_accelerations(states, e) for e in np.eye(8)], axis=-1)
     pushed -= kernel_accelerations(states, np.zeros(8))[..., None]
     of_equations, of_kernels = [], []
@@ -137,7 +137,7 @@ def test_mass_matrix_with_the_nodes_as_shipped(claim: Claim) -> None:
 
 def test_accelerations(claim: Claim, hub: Hub) -> None:
     q, qd = random_states()
-    states = state_from_paper(q, qd)
+    states = state_from_paper(q, qd, LAYOUT)
     rng = np.random.default_rng(6)
     push = rng.normal(size=8) * [20, 20, 20, 1, 1, 1, 30, 30]
     free: list[tuple[np.ndarray, np.ndarray]] = []

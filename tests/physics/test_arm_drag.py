@@ -13,7 +13,7 @@ from continuair.equations import kinematics
 from continuair.studies.check import facts
 from continuair.typing import Model
 from continuair.vehicle.coordinates import branches_of, state_from_paper
-from continuair.vehicle.layout import FIELDS, GENERAL, PAPER
+from continuair.vehicle.layout import FIELDS, GENERAL, ONE_SECTION, PAPER
 from continuair.vehicle.rotors import AIR_DENSITY
 from tests.refusals import refused
 
@@ -52,7 +52,7 @@ def generalised(vehicle: ca.Vehicle, q: Array, qd: Array, wash: Any = None) -> A
     return found
 
 
-@pytest.mark.parametrize("model", ["coupled", "decoupled"])
+@pytest.mark.parametrize("model", ["coupled", pytest.param("decoupled", marks=pytest.mark.long)])
 def test_drag_is_what_its_nodes_do_through_the_jacobian(model: Model) -> None:
     """Two sections in line and another arm; rounding of the Jacobians with polar coordinates."""
     found = ca.forward_dynamics(DRAGGED, Q, QD, model=model)
@@ -63,6 +63,7 @@ def test_drag_is_what_its_nodes_do_through_the_jacobian(model: Model) -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(without).max())
 
 
+@pytest.mark.long
 def test_the_independent_arm_feels_the_air_on_a_base_at_rest() -> None:
     still = np.concatenate([np.zeros(6), QD[6:]])
     tau = np.concatenate([generalised(DRAGGED, Q, QD)[:6], generalised(DRAGGED, Q, still)[6:]])
@@ -106,8 +107,8 @@ def test_rotors_wash_the_parts_of_an_arm_that_are_below_their_disks() -> None:
         induced = np.sqrt(14.0 * speeds**2 / (2.0 * AIR_DENSITY * area))
         return -(inside @ induced)[:, None] * R[:, 2]
 
-    state = np.hstack([state_from_paper(q[None], qd[None]), speeds[None]])
-    start = Start(state, branches_of(q[None]))
+    state = np.hstack([state_from_paper(q[None], qd[None], ONE_SECTION), speeds[None]])
+    start = Start(state, branches_of(q[None], ONE_SECTION))
     rates = []
     for vehicle, tau in ((blown, np.zeros(8)), (bare, generalised(blown, q, qd, wash))):
         engine = Engine(vehicle, "coupled")

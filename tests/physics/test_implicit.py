@@ -62,8 +62,8 @@ def reach(vehicle: ca.Vehicle) -> float:
     ("name", "model"),
     [
         ("two_section", "coupled"),
-        ("dual_arm", "coupled"),
-        ("two_section", "decoupled"),
+        pytest.param("dual_arm", "coupled", marks=pytest.mark.long),
+        pytest.param("two_section", "decoupled", marks=pytest.mark.long),
         pytest.param("two_section", "independent", marks=pytest.mark.soak),
         pytest.param("dual_arm", "decoupled", marks=pytest.mark.soak),
     ],
@@ -151,6 +151,7 @@ def test_the_automatic_step_is_that_of_the_first_mode() -> None:
     assert float(fast[0]) == pytest.approx(0.05 / (first + 100.0), rel=1e-2)
 
 
+@pytest.mark.long
 def test_pairs_fly_as_simulate_does() -> None:
     vehicle = TWO.replace({"uav.mass": [1.5, 2.0, 2.5]})
     options = {"step": 2e-3, "sample": 0.01, "method": "implicit"}

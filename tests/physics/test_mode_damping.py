@@ -64,6 +64,7 @@ def test_arms_on_a_clamped_base_swing_each_with_its_own_damping_wherever_they_po
     assert np.abs(found.shapes[2:, :2]).max() < 1e-9 and np.abs(found.shapes[:2, 2:]).max() < 1e-9
 
 
+@pytest.mark.long
 def test_a_mode_decays_as_a_flight_from_its_shape_does() -> None:
     """Of arms nearly alike, so that the damping, not the coupling, tells which of them swings."""
     vehicle = twins(0.02, 0.4)

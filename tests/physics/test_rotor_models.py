@@ -78,6 +78,7 @@ def motion(t: float, y: Array) -> Array:
     return np.concatenate([v, v_dot, q_dot, w_dot, spun])
 
 
+@pytest.mark.long
 def test_a_flight_is_that_of_newton_and_euler_with_each_rotor_by_itself() -> None:
     scenario = ca.Scenario(
         "flight", START, RATES, duration=0.6, rotor_command=commands, wind=breeze

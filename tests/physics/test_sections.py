@@ -94,6 +94,7 @@ def test_steps_are_of_fourth_order(model: str) -> None:
     assert np.log2(coarse / fine) == pytest.approx(4.0, abs=0.15)
 
 
+@pytest.mark.long
 def test_what_is_observed_of_a_tip_moves_as_its_pose_does() -> None:
     flight = released(vehicle(2, 2), method="RK4", step=4e-5, sample=4e-5, duration=0.004)
     inside = slice(2, -2)

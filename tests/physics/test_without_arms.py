@@ -12,6 +12,7 @@ from continuair.identification import Recording, fit
 from continuair.studies.check import at_rest, facts, modes_of
 from continuair.typing import Model
 from continuair.vehicle.coordinates import state_from_paper
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle_file import as_toml
 from tests.refusals import refused
 
@@ -60,7 +61,7 @@ def rigid_body() -> np.ndarray:
         spun = np.linalg.solve(inertia, MOMENT - np.cross(spin, inertia @ spin))
         return np.concatenate([y[7:10], 0.5 * turning, force / 1.3, spun])
 
-    start = state_from_paper(np.array([TUMBLE.q]), np.array([TUMBLE.qd]))[0]
+    start = state_from_paper(np.array([TUMBLE.q]), np.array([TUMBLE.qd]), Layout.of_arcs())[0]
     return np.asarray(solve_ivp(rate, (0.0, 1.0), start, rtol=1e-12, atol=1e-12).y[:, -1])
 
 

@@ -3,6 +3,7 @@
 import inspect
 from typing import Any
 
+import numpy as np
 import pytest
 
 import continuair as ca
@@ -11,7 +12,14 @@ from tests.sections.strains import flying, rod
 
 LINEAR = flying(rod(bending=1))
 
-USE_IT = {"accelerations"}
+USE_IT = {
+    "accelerations",
+    "simulate",
+    "trim",
+    "modes",
+    "linearize",
+    "backbone",
+}
 """Functions that sections of any kind can be given to."""
 
 
@@ -52,9 +60,25 @@ def test_functions_for_arcs_refuse_a_strain_that_varies(name: str) -> None:
         function(LINEAR, **arguments(function))
 
 
-def test_simulations_refuse_a_strain_that_varies() -> None:
-    with refused("strain"):
-        ca.Simulation(LINEAR, arguments(ca.simulate)["scenario"])
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"tau": np.zeros(10)}, "scenario.tau"),
+        ({"q": np.zeros(8), "qd": np.zeros(8)}, "scenario.q"),
+    ],
+)
+def test_scenarios_of_arcs_are_refused(changes: dict[str, Any], field: str) -> None:
+    with refused(field):
+        ca.simulate(LINEAR, ca.Scenario("rest", np.zeros(10)).replace(**changes))
+
+
+def test_variables_of_arcs_are_refused() -> None:
+    with refused("variables"):
+        ca.simulate(LINEAR, ca.Scenario("rest", np.zeros(10)), variables=["bend"])
+    with refused("variables"):
+        ca.simulate(
+            ca.load_vehicle("paper"), arguments(ca.simulate)["scenario"], variables=["strain"]
+        )
 
 
 @pytest.mark.parametrize(

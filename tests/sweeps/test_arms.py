@@ -21,8 +21,8 @@ def test_a_start_for_another_number_of_sections_is_refused() -> None:
         ca.simulate(TWO, ca.Scenario("short", start(1)))
     with refused("scenario.q"):
         ca.simulate(ca.load_vehicle("paper"), ca.Scenario("long", start(2)))
-    with refused("q"):
-        ca.Scenario("odd", np.zeros(9))
+    with refused("scenario.q"):
+        ca.simulate(TWO, ca.Scenario("odd", np.zeros(9)))
 
 
 def test_a_wrench_for_another_number_of_arms_is_refused() -> None:

@@ -55,7 +55,7 @@ def test_an_arm_follows_its_tangent_at_unit_speed_through_all_sections(
     for arm in ca.load_vehicle(name).arms:
         lengths = np.array([section.length for section in arm.section])
         bend = angle / lengths[:, None] * np.array([0.6, -0.8])
-        points, frames = along(arm, bend, 9)
+        points, frames = along(arm, bend.ravel(), 9)
         stations = np.linspace(0.0, lengths.sum(), 9)
         walked = walk(lengths, bend, np.asarray(arm.mount), frames[0], stations)
         # A step of 1e-2 of a section may cross its end, and errs by bend times its square.

@@ -39,6 +39,7 @@ def test_segments_lie_along_the_backbone_and_their_frames_along_its_tangent() ->
     assert (np.einsum("ni,ni->n", z, chord) > 0.0).all()
 
 
+@pytest.mark.long
 def test_the_largest_bend_is_also_that_of_a_section_too_short_to_be_drawn() -> None:
     """A wrist of 5 mm at the end of half a metre lies between the middles of two segments."""
     sections = [

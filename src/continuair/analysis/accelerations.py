@@ -90,11 +90,11 @@ def forward_dynamics(
     for field in ("tau", "tip_wrench"):
         layout.add(inputs, FIELDS[field], arrays[field])
     engine = Engine(vehicle, model, dtype, device)
-    start = Start(state_from_paper(at, rates), branches_of(at))
+    start = Start(state_from_paper(at, rates, layout), branches_of(at, layout))
     rate = engine.derivative(
         start, Drive(inputs, False, GENERAL + PAPER + TIP, gravity), compiled=True
     )
-    found = paper_accelerations(at, rates, rate, thresholds)
+    found = paper_accelerations(at, rates, rate, thresholds, layout)
     return found if np.ndim(q) == 2 or n > 1 else found[0]
 
 
@@ -208,7 +208,7 @@ def accelerations(
         states[:, getattr(layout, name)] = arrays[name]
     for name in ("force", "moment", "bend_moment", "tip_wrench"):
         inputs[0, :, layout.of_input[name]] = arrays[name]
-    engine = Engine(vehicle, model, dtype, device, strain=True)
+    engine = Engine(vehicle, model, dtype, device)
     # No polar torque acts, so the sign of the bend direction is not needed.
     start = Start(states, np.zeros((n, layout.branch_angles)))
     rate = engine.derivative(start, Drive(inputs, False, GENERAL + TIP, gravity), compiled=True)

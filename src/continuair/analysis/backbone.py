@@ -1,4 +1,4 @@
-"""Points and frames along an arm's backbone, from its bend vectors."""
+"""Points and frames along an arm's backbone, from the coordinates of its sections."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair.equations.arc import arc_rotation
+from continuair.equations.strain import rod_curve
 from continuair.equations.turns import of_quaternion
 from continuair.typing import Array
 from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
 TIP = np.diag([1.0, -1.0, -1.0])
@@ -19,16 +21,33 @@ HALF_TURN = (1.0, 0.0, 0.0, 0.0)
 
 
 def parts(vehicle: Vehicle, bend: Array) -> list[tuple[ArmChain, Array]]:
-    """Return each arm with its own bend vectors (..., sections of the arm, 2)."""
-    ends = np.cumsum((0, *vehicle.shape))
-    own = [bend[..., first:last, :] for first, last in zip(ends[:-1], ends[1:], strict=True)]
+    """Return each arm with its own coordinates (..., coordinates of the arm), of (..., bends)."""
+    own = [bend[..., of_arm] for of_arm in vehicle.layout.of_arm]
     return list(zip(vehicle.arms, own, strict=True))
+
+
+def sections_of(arm: ArmChain, bend: Array) -> list[tuple[Section, Array]]:
+    """Return each section of an arm with its own coordinates (..., coordinates)."""
+    ends = np.cumsum([section.coordinates for section in arm.section])
+    return list(zip(arm.section, np.split(bend, ends[:-1], axis=-1), strict=True))
+
+
+def angle_of(section: Section, bend: Array) -> Array:
+    """Return the angle (...) [rad] between the ends of a section; of an arc κ l.
+
+    bend: its coordinates (..., coordinates).
+    """
+    if section.polar:
+        return np.asarray(np.linalg.norm(bend, axis=-1) * section.length)
+    _, frames = rod_curve(section.orders, section.length, bend, [section.length])
+    return np.asarray(np.arccos(np.clip(frames[..., 0, 2, 2], -1.0, 1.0)))
 
 
 def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:
     """Return points (..., points, 3) [m] and frames (..., points, 3, 3) along an arm, body axes.
 
-    bend: (..., sections, 2) [1/m]. Frames are untwisted section frames with the tangent along -z.
+    bend: (..., coordinates of the arm). Frames are untwisted section frames with the tangent along
+    -z.
     """
     return along_at(arm, bend, stations(arm, points))
 
@@ -36,23 +55,30 @@ def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:
 def along_at(arm: ArmChain, bend: Array, s: Array) -> tuple[Array, Array]:
     """Return points and frames as `along`, at ascending arc lengths (points,) from the mount."""
     points = len(s)
-    found = np.empty((*bend.shape[:-2], points, 3))
+    found = np.empty((*bend.shape[:-1], points, 3))
     frames = np.empty((*found.shape, 3))
-    origin: Array = np.broadcast_to(np.asarray(arm.mount, float), (*bend.shape[:-2], 3))
+    origin: Array = np.broadcast_to(np.asarray(arm.mount, float), (*bend.shape[:-1], 3))
     axes: Array = np.broadcast_to(of_quaternion(arm.attitude), (*origin.shape, 3))
     first, start = 0, 0.0
-    for index, section in enumerate(arm.section):
+    for index, (section, own) in enumerate(sections_of(arm, bend)):
         last = index == len(arm.section) - 1
         stop = points if last else int(np.searchsorted(s, start + section.length))
         # The section's end, where the next one begins, is one more point.
         local = np.append(s[first:stop] - start, section.length)
-        r, turn = arc(bend[..., None, index, :], local)
+        r, turn = curve(section, own, local)
         r, turn = origin[..., None, :] + _turned(axes, r), axes[..., None, :, :] @ turn
         found[..., first:stop, :] = r[..., :-1, :]
         frames[..., first:stop, :, :] = turn[..., :-1, :, :]
         origin, axes = r[..., -1, :], turn[..., -1, :, :]
         first, start = stop, start + section.length
     return found, frames
+
+
+def curve(section: Section, bend: Array, s: Array) -> tuple[Array, Array]:
+    """Return points (..., n, 3) [m] and frames (..., n, 3, 3) at s, in axes of the base."""
+    if section.polar:
+        return arc(bend[..., None, :], s)
+    return rod_curve(section.orders, section.length, bend, s)
 
 
 def arc(bend: Array, s: Array | float) -> tuple[Array, Array]:

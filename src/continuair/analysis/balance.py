@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.typing import Array
-from continuair.vehicle.arc import COORDINATES, bend_vectors
 
 Slope = Callable[[Array], Array]
 
@@ -24,20 +24,21 @@ _FALLS = 0.9
 """Largest slope at the end of a step, as a fraction of the first slope, with the opposite sign."""
 
 
-def balance(slope: Slope, largest: Array) -> Array | None:
-    """Return the equilibrium (2 n,) reached downhill from 0, or None.
+def balance(slope: Slope, largest: Array, owner: NDArray[np.intp]) -> Array | None:
+    """Return the equilibrium (n,) reached downhill from 0, or None.
 
-    slope: gradients (m, 2 n) of the potential at places (m, 2 n), springs of stiffness 1 included;
-    largest: upper limits (n,) of the lengths of the coordinate pairs. An unstable equilibrium, such
+    slope: gradients (m, n) of the potential at places (m, n), springs of stiffness 1 included;
+    owner: the vector (n,) that each coordinate is a component of, by its index; largest: upper
+    limits of the lengths of the vectors. An unstable equilibrium, such
     as an upright arm, is left to both sides along its most unstable axis; of the two equilibria,
     the one nearer to 0 is returned.
     """
-    size = COORDINATES * len(largest)
+    size = len(owner)
     ways = [np.zeros(size)]
     for _ in range(1 + size):
-        ends = [end for way in ways if (end := _downhill(slope, way, largest)) is not None]
+        ends = [end for way in ways if (end := _downhill(slope, way, largest, owner)) is not None]
         for end in sorted(ends, key=lambda end: np.round(np.linalg.norm(end / largest.max()), 6)):
-            curvatures, axes = np.linalg.eigh(_curvature(slope, end, largest))
+            curvatures, axes = np.linalg.eigh(_curvature(slope, end, largest[owner]))
             if curvatures[0] > -_NEUTRAL:
                 return end
             tip_over = _PUSH * largest.min() * _steepest(curvatures, axes)
@@ -46,7 +47,7 @@ def balance(slope: Slope, largest: Array) -> Array | None:
 
 
 def _steepest(curvatures: Array, axes: Array) -> Array:
-    """Return the axis (2 n,) of least curvature.
+    """Return the axis (n,) of least curvature.
 
     Of equal curvatures, whose axes are arbitrary, the axis that the first coordinate has most of.
     """
@@ -56,20 +57,22 @@ def _steepest(curvatures: Array, axes: Array) -> Array:
     return np.asarray(axis / np.linalg.norm(axis))
 
 
-def _downhill(slope: Slope, x: Array, largest: Array) -> Array | None:
+def _downhill(slope: Slope, x: Array, largest: Array, owner: NDArray[np.intp]) -> Array | None:
     """Return where the gradient vanishes, downhill from x, or None.
 
     Newton steps with absolute curvatures, which reach a saddle only from its ridge.
     """
     for _ in range(_STEPS):
         (steep,) = slope(x[None])
-        curvatures, axes = np.linalg.eigh(_curvature(slope, x, largest))
+        curvatures, axes = np.linalg.eigh(_curvature(slope, x, largest[owner]))
         step = -axes @ (axes.T @ steep / np.maximum(np.abs(curvatures), _FLATTEST))
         if np.abs(steep).max() < _BALANCED * largest.min():
             # A last Newton step for full precision.
             return np.asarray(x + step)
-        step *= min(1.0, _LONGEST * float(np.min(largest / np.maximum(_sizes(step), 1e-300))))
-        while not _leads_down(slope, x, step, steep, largest):
+        step *= min(
+            1.0, _LONGEST * float(np.min(largest / np.maximum(_sizes(step, owner), 1e-300)))
+        )
+        while not _leads_down(slope, x, step, steep, largest, owner):
             step = step / 2.0
             if np.abs(step).max() < _BALANCED * largest.min():
                 return None
@@ -77,23 +80,30 @@ def _downhill(slope: Slope, x: Array, largest: Array) -> Array | None:
     return None
 
 
-def _leads_down(slope: Slope, x: Array, step: Array, steep: Array, largest: Array) -> bool:
+def _leads_down(
+    slope: Slope,
+    x: Array,
+    step: Array,
+    steep: Array,
+    largest: Array,
+    owner: NDArray[np.intp],
+) -> bool:
     """Return whether a step stays within limits, and its slope does not reverse too far."""
-    if not (_sizes(x + step) < largest).all():
+    if not (_sizes(x + step, owner) < largest).all():
         return False
     (after,) = slope((x + step)[None])
     return bool(after @ step <= -_FALLS * (steep @ step))
 
 
 def _curvature(slope: Slope, x: Array, largest: Array) -> Array:
-    """Return the symmetric part of the Hessian (2 n, 2 n)."""
-    h = _DIFFERENCE * np.repeat(largest, COORDINATES)
+    """Return the symmetric part of the Hessian (n, n); largest: of each coordinate."""
+    h = _DIFFERENCE * largest
     aside = np.diag(h)
     ahead, behind = np.split(slope(np.vstack([x + aside, x - aside])), 2)
     found = (ahead - behind) / (2.0 * h[:, None])
     return np.asarray((found + found.T) / 2.0)
 
 
-def _sizes(x: Array) -> Array:
-    """Return the lengths (n,) of coordinate pairs."""
-    return np.asarray(np.linalg.norm(bend_vectors(x), axis=-1))
+def _sizes(x: Array, owner: NDArray[np.intp]) -> Array:
+    """Return the lengths of the vectors."""
+    return np.sqrt(np.bincount(owner, x * x))

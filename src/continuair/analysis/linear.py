@@ -43,7 +43,7 @@ def bending_frequencies(vehicle: Vehicle, q: ArrayLike | None = None) -> tuple[f
     InputError
         If `vehicle` is a batch, or `q` cannot be used.
     """
-    at = configuration("q", q, check_single_vehicle(vehicle))
+    at = configuration("q", q, check_single_vehicle(vehicle, strain=True))
     clamped, free = (
         float(fastest_frequency(Engine(vehicle, model), at).max())
         for model in ("independent", "coupled")
@@ -112,21 +112,21 @@ def linearize(
     >>> A.shape, B.shape
     ((16, 16), (16, 8))
     """
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     checks.choice("model", model, MODELS)
     gravity = checks.gravity(gravity)
     engine = Engine(vehicle, model)
     n = engine.layout.coordinates
     at = configuration("q", q, vehicle)
     rates = np.zeros(n) if qd is None else checks.vector("qd", qd, n, or_zero=True)
-    centre = state_from_paper(at[None], rates[None])[0]
+    centre = state_from_paper(at[None], rates[None], engine.layout)[0]
     held = _held(engine.layout, force, moment, bend_moment, tip_wrench)
 
     def slopes(states: Array, inputs: Array) -> Array:
         """Return central differences of the tangents of perturbed states or inputs."""
         frozen, angles = (
             np.broadcast_to(centre, states.shape),
-            np.repeat(branches_of(at[None]), len(states), axis=0),
+            np.repeat(branches_of(at[None], engine.layout), len(states), axis=0),
         )
         acting = Drive(inputs, False, GENERAL + TIP, gravity)
         rate = engine.derivative(Start(states, angles, frozen), acting)

@@ -15,9 +15,8 @@ from continuair.analysis.vibration import Vibration, real_shapes, vibration
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import bend_compliance
 from continuair.flight.holding import holding
+from continuair.sections import kind_of
 from continuair.typing import Array, ArrayLike, Model
-from continuair.vehicle.coordinates import state_from_paper
-from continuair.vehicle.layout import Layout
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 Base = Literal["free", "clamped", "hovering"]
@@ -87,7 +86,7 @@ def modes(
     clamped: 29.0 rad/s
     free: 47.9 rad/s
     """
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     check_has_arms(vehicle)
     checks.choice("base", base, get_args(Base))
     gravity = checks.gravity(gravity)
@@ -151,12 +150,10 @@ def _split(attitude: Rotation, n: int) -> tuple[Array, Array]:
 
 def _attitude(at: Array) -> Rotation:
     """Return the base's attitude at paper coordinates."""
-    return Rotation.from_quat(state_from_paper(at[None], 0.0 * at[None])[0][Layout.attitude])
+    return Rotation.from_euler("ZYX", at[[5, 4, 3]])
 
 
 def _dampings(vehicle: Vehicle) -> Array:
     """Return the damping (bends,) of each bend: generalised force per bend rate."""
-    sections = [section for arm in vehicle.arms for section in arm.section]
-    return vehicle.layout.per_coordinate(
-        [section.structural_damping * section.length for section in sections]
-    )
+    parts = [(kind_of(part), part) for arm in vehicle.arms for part in arm.section]
+    return np.concatenate([kind.damping(part, 1)[0] for kind, part in parts])

@@ -17,8 +17,11 @@ from continuair.flight.reading import vehicle_of, vehicles_of
 from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
-_NEEDED = {"position": "axis", "attitude": "quaternion", "bend": "bend_axis"}
-"""Variables that give a vehicle's configuration, and the dimension of each."""
+_NEEDED = {"position": "axis", "attitude": "quaternion"}
+"""Variables that give the base's configuration, and the dimension of each."""
+
+_OF_ARMS = {"bend": "bend_axis", "strain": "strain_coordinate"}
+"""Variables of which one gives that of the arms, and the dimension of each."""
 
 
 _OFF_UNIT = 1e-3
@@ -32,8 +35,8 @@ _OFF_TIP = 1e-6
 class Motion:
     """One flight up to its end; rows are samples.
 
-    time (n,) [s], position (n, 3) [m], attitude (n, 4) x y z w, bend (n, sections, 2) [1/m];
-    dataset: all logged variables, up to the same end.
+    time (n,) [s], position (n, 3) [m], attitude (n, 4) x y z w, bend (n, bends): the
+    coordinates of all sections; dataset: all logged variables, up to the same end.
     """
 
     vehicle: Vehicle
@@ -82,7 +85,7 @@ def backbone(vehicle: Vehicle, flight: xr.Dataset, points: int = 41) -> xr.DataA
     -----
     Each section is an arc of constant curvature, Eqs. (1) and (2), Amiri et al. (2026).
     """
-    check_has_arms(check_single_vehicle(vehicle))
+    check_has_arms(check_single_vehicle(vehicle, strain=True))
     count = int(checks.number("points", points, least=2))
     place, attitude, bend = poses(flight, vehicle)
     flight = in_order(flight, vehicle)
@@ -109,11 +112,11 @@ def motion_of(flight: object, vehicle: Vehicle | None = None) -> Motion:
     given = over_time(flight)
     _check_one_flight(given)
     given = given.transpose("time", "arm", "section", ..., missing_dims="ignore")
-    flown = vehicle_of(given) if vehicle is None else check_single_vehicle(vehicle)
+    flown = vehicle_of(given) if vehicle is None else check_single_vehicle(vehicle, strain=True)
     given = in_order(given, flown)
     position, attitude, bend = poses(given, flown)
     time = given["time"].to_numpy()
-    valid = np.isfinite(np.column_stack([position, attitude, bend.reshape(len(time), -1)]))
+    valid = np.isfinite(np.column_stack([position, attitude, bend]))
     end = int(np.argmin(np.append(valid.all(axis=1), False)))
     if end == 0:
         raise InputError(
@@ -123,29 +126,45 @@ def motion_of(flight: object, vehicle: Vehicle | None = None) -> Motion:
 
 
 def poses(flight: xr.Dataset, vehicle: Vehicle) -> tuple[Array, Array, Array]:
-    """Return position (..., time, 3), attitude (..., time, 4) and bend (..., time, sections, 2).
+    """Return position (..., time, 3), attitude (..., time, 4) and bend (..., time, bends).
 
     Raises InputError if it is not a flight of this vehicle.
     """
     flight = in_order(over_time(flight), vehicle)
-    bend = flight["bend"]
-    bend = bend if "section" in bend.dims else bend.expand_dims("section")
-    if bend.sizes["section"] != vehicle.sections:
-        raise InputError(
-            "flight",
-            (
-                f"has {bend.sizes['section']} sections, but vehicle {shown(vehicle.name)} "
-                f"has {vehicle.sections}"
-            ),
-            "give the vehicle that was simulated",
-        )
     place = flight["position"].transpose(..., "time", "axis")
     attitude = flight["attitude"].transpose(..., "time", "quaternion")
-    bend = bend.transpose(..., "time", "section", "bend_axis")
-    position, turns, bends = (np.asarray(each, float) for each in (place, attitude, bend))
+    bends = coordinates_of(flight.transpose(..., "time", "section", missing_dims="ignore"), vehicle)
+    position, turns = (np.asarray(each, float) for each in (place, attitude))
     check_turns("attitude", turns)
     _check_tips(flight, vehicle, position, turns, bends)
     return position, turns, bends
+
+
+def coordinates_of(flight: xr.Dataset, vehicle: Vehicle) -> Array:
+    """Return the coordinates of all sections (..., bends) in a flight, InputError without them."""
+    name = "strain" if vehicle.layout.strains else "bend"
+    if name not in flight:
+        raise InputError(
+            "flight",
+            f"has no {name}, which describes the sections of vehicle {shown(vehicle.name)}",
+            "give the vehicle that was simulated",
+        )
+    if vehicle.layout.strains:
+        found = flight["strain"].transpose(..., "strain_coordinate").to_numpy()
+        count, has = found.shape[-1], f"{found.shape[-1]} coordinates of strain"
+    else:
+        bend = flight["bend"]
+        bend = bend if "section" in bend.dims else bend.expand_dims(section=1, axis=-1)
+        bend = bend.transpose(..., "section", "bend_axis")
+        count, has = int(np.prod(bend.shape[-2:])), f"{bend.sizes['section']} sections"
+        found = bend.to_numpy().reshape(*bend.shape[:-2], -1)
+    if count != vehicle.layout.bends:
+        raise InputError(
+            "flight",
+            f"has {has}, but vehicle {shown(vehicle.name)} has {vehicle.sections} sections",
+            "give the vehicle that was simulated",
+        )
+    return np.asarray(found, float)
 
 
 def evenly(times: Array, rate: float, least: int = 0) -> NDArray[np.int64]:
@@ -184,7 +203,8 @@ def over_time(flight: object) -> xr.Dataset:
     if "bend" not in flight and any(not vehicle.arms for vehicle in vehicles_of(flight)):
         bend = np.zeros((*flight["time"].shape, 0, 2))
         flight = flight.assign(bend=(("time", "section", "bend_axis"), bend))
-    for name, last in _NEEDED.items():
+    of_arms = "strain" if "strain" in flight else "bend"
+    for name, last in (_NEEDED | {of_arms: _OF_ARMS[of_arms]}).items():
         if name not in flight or not {"time", last} <= set(flight[name].dims):
             raise InputError(
                 "flight",
@@ -265,7 +285,7 @@ def _check_arms(flight: xr.Dataset, vehicle: Vehicle) -> None:
 
 def _ends(vehicle: Vehicle) -> Array:
     """Return the ends of each section of each straight arm (n, 3) [m], body axes."""
-    straight = parts(vehicle, np.zeros((vehicle.sections, 2)))
+    straight = parts(vehicle, np.zeros(vehicle.layout.bends))
     joints = [np.cumsum([0.0, *(each.length for each in arm.section)]) for arm in vehicle.arms]
     found = [along_at(arm, bend, s)[0] for (arm, bend), s in zip(straight, joints, strict=True)]
     return np.concatenate([np.zeros((0, 3)), *found])
@@ -273,8 +293,8 @@ def _ends(vehicle: Vehicle) -> Array:
 
 def _check_one_flight(flight: xr.Dataset) -> None:
     """Raise InputError unless a dataset is of one run of one model, with a coordinate time."""
-    dims = [str(dim) for dim in flight["bend"].dims]
-    extra = [dim for dim in dims if dim not in ("time", "section", "bend_axis")]
+    dims = [str(dim) for dim in flight["strain" if "strain" in flight else "bend"].dims]
+    extra = [dim for dim in dims if dim not in ("time", "section", *_OF_ARMS.values())]
     if extra:
         count = " and ".join(f"{flight.sizes[dim]} by {dim}" for dim in extra)
         given = ", ".join(f"{dim}=0" for dim in extra)

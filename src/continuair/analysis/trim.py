@@ -13,9 +13,10 @@ from continuair.engine.engine import Engine
 from continuair.errors import InputError
 from continuair.flight.holding import holding
 from continuair.flight.rotors import still
+from continuair.sections import kind_of
 from continuair.typing import Array, ArrayLike
-from continuair.vehicle.arc import bend_vectors, polar_of
 from continuair.vehicle.bending import check_bend, largest_bends
+from continuair.vehicle.coordinates import bends_of, polar_of_bends
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
@@ -88,7 +89,7 @@ def trim(
     >>> print(f"{ca.trim(ca.load_vehicle('paper')).force[2]:.2f} N")
     25.67 N
     """
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     gravity = checks.gravity(gravity)
     heading = checks.row("yaw", yaw, 1)
     place = checks.vector("position", position, 3, or_zero=True)
@@ -97,17 +98,15 @@ def trim(
 
     def held(k: Array) -> tuple[Array, Array]:
         """Return paper coordinates (n, …) at bends (n, bends), and the inputs that hold them."""
-        x, y = np.moveaxis(bend_vectors(k), -1, 0)
-        polar = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=-1).reshape(len(k), -1)
         base = np.concatenate([place, [0.0, 0.0], heading])
-        q = np.hstack([np.broadcast_to(base, (len(k), 6)), polar])
+        q = np.hstack([np.broadcast_to(base, (len(k), 6)), polar_of_bends(k, layout)])
         return q, holding(engine, q, gravity, on_tips)
 
     if bend is None:
         k = _free_bend(vehicle, lambda k: held(k)[1][:, layout.bend_moment])
     else:
         k = checks.vector("bend", bend, layout.bends)
-        check_bend("bend", bend, np.linalg.norm(bend_vectors(k), axis=-1).ravel(), vehicle)
+        check_bend("bend", bend, k, vehicle)
     (q,), (inputs,) = held(k[None])
     bend_moment = np.zeros(layout.bends) if bend is None else inputs[layout.bend_moment]
     return Trim(q, inputs[layout.force], inputs[layout.moment], bend_moment)
@@ -118,15 +117,14 @@ def _free_bend(vehicle: Vehicle, needed: Callable[[Array], Array]) -> Array:
 
     needed: returns the bend moments (n, bends) [N m²] that hold bends (n, bends).
     """
-    sections = [section for arm in vehicle.arms for section in arm.section]
-    if not sections:
+    parts = [(kind_of(part), part) for arm in vehicle.arms for part in arm.section]
+    if not parts:
         return np.zeros(0)
-    length = np.array([each.length for each in sections])
-    # Divided by √(E I l), moments and bends are those of springs of stiffness 1.
-    of_sections = np.sqrt([each.bending_stiffness for each in sections] * length)
-    unit = vehicle.layout.per_coordinate(of_sections)
-    largest = largest_bends(vehicle) * of_sections
-    found = balance(lambda x: needed(x / unit) / unit, largest)
+    # Divided by the root of the stiffness, moments and bends are those of springs of stiffness 1.
+    unit = np.sqrt(np.concatenate([kind.stiffness(part, 1)[0] for kind, part in parts]))
+    largest, owner = largest_bends(vehicle)
+    first = np.unique(owner, return_index=True)[1]
+    found = balance(lambda x: needed(x / unit) / unit, largest * unit[first], owner)
     if found is None:
         raise InputError(
             "gravity",
@@ -156,5 +154,5 @@ def configuration(name: str, q: ArrayLike | None, vehicle: Vehicle) -> Array:
     """Return paper coordinates with admissible bends, 0 by default, or raise InputError."""
     width = vehicle.layout.coordinates
     at = np.zeros(width) if q is None else checks.vector(name, q, width, or_zero=True)
-    check_bend(name, at, np.abs(polar_of(at)[0]), vehicle)
+    check_bend(name, at, bends_of(at, vehicle.layout), vehicle)
     return at

@@ -29,7 +29,6 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.guidance import guidance_code
 from continuair.kernels.sensing.sense import LawCode
 from continuair.typing import ArrayLike
-from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.bending import check_bend
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -322,7 +321,7 @@ def _bends(vehicle: Vehicle, value: Any) -> np.ndarray:
     """Return bends as rows (postures, 2 per section) [1/m], checked to be possible."""
     found = checks.rows("bend", value, vehicle.layout.bends)
     for each in found:
-        check_bend("bend", value, np.hypot(*bend_vectors(each).T), vehicle)
+        check_bend("bend", value, each, vehicle)
     return found
 
 

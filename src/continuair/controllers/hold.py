@@ -20,7 +20,6 @@ from continuair.device.types import room
 from continuair.errors import InputError, shown
 from continuair.kernels.sensing.sense import LawCode, gains_of
 from continuair.typing import ArrayLike
-from continuair.vehicle.arc import bend_vectors
 from continuair.vehicle.bending import check_bend
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -91,7 +90,7 @@ def hold(
         "attitude_rate": checks.positive("attitude_rate", attitude_rate),
         "bend_rate": _bend_rate(bend_rate, len(sections)),
     }
-    check_bend("bend", bend, np.linalg.norm(bend_vectors(settings["bend"]), axis=1), vehicle)
+    check_bend("bend", bend, settings["bend"], vehicle)
     per_coordinate = vehicle.layout.per_coordinate
     held = np.broadcast_to(settings["bend_rate"], len(sections)) > 0.0
     if settings["bend"][per_coordinate(held) == 0.0].any():

@@ -58,8 +58,8 @@ class Tree:
         widths = tuple(tuple(kind.coordinates for kind in arm) for arm in self.kinds)
         states = sum(term.states for term in self.terms)
         energies = any(term.has_energy for term in self.terms)
-        arcs = all(kind.polar for kind in self._all_kinds)
-        return Layout(widths, states, self.air, energies, arcs)
+        strains = tuple(n for n, kind in enumerate(self._all_kinds) if not kind.polar)
+        return Layout(widths, states, self.air, energies, strains)
 
     @property
     def sections(self) -> tuple[int, ...]:

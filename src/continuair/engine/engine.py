@@ -23,7 +23,7 @@ from continuair.engine.uncompiled import MOST_SAMPLES, few_columns, few_rates
 from continuair.errors import InputError, shown
 from continuair.kernels.dynamics import PARTLY_COUPLED, WITHOUT
 from continuair.vehicle.layout import width_of
-from continuair.vehicle.vehicle import Vehicle, check_arcs
+from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
 
@@ -103,8 +103,7 @@ class Engine:
 
     `layout` gives the columns of its states, inputs and logs. beside: an engine of the coupled
     model for the same vehicle, whose packed data another model's engine shares. method: integrator
-    of roll-outs, by its name in kernels/integrators.py. strain: whether the caller uses sections of
-    any kind; otherwise a strain that varies along a section raises InputError.
+    of roll-outs, by its name in kernels/integrators.py.
     """
 
     def __init__(
@@ -116,10 +115,7 @@ class Engine:
         threads: int | None = None,
         beside: Engine | None = None,
         method: str = "RK4",
-        strain: bool = False,
     ) -> None:
-        if not strain:
-            check_arcs(vehicle)
         start_warp()
         omitted = WITHOUT.get(model)
         self.vehicle, self.method = vehicle, method

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from continuair.analysis.backbone import along, parts, placed
+from continuair.analysis.motion import coordinates_of
 from continuair.figures import style
 from continuair.vehicle.vehicle import Vehicle
 
@@ -157,7 +158,7 @@ def _draw(
         disk = [[side - 0.42 * size, 0, 0.22 * size], [side + 0.42 * size, 0, 0.22 * size]]
         line(np.array(disk), 1.8, alpha=0.6)
     tips = []
-    bends = flight["bend"].transpose(..., "bend_axis").to_numpy().reshape(-1, 2)
+    bends = coordinates_of(flight, vehicle)
     for arm, bend in parts(vehicle, bends):
         points, _ = along(arm, bend, _POINTS)
         line(np.array([np.zeros(3), points[0]]), 1.2)

@@ -17,7 +17,6 @@ from continuair.flight.time_grid import Grid, instants_at, stage_times
 from continuair.scenario.paths import Path
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array, ArrayLike
-from continuair.vehicle.arc import angles_of_branch
 from continuair.vehicle.layout import MOTION, watched_columns, width_of
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
@@ -80,7 +79,8 @@ def check_view(engine: Engine, scenario: Scenario, start: Start) -> None:
     layout, corners = engine.layout, np.asarray(scenario.targets[0].points)
     log = np.zeros((len(start.states), 1, layout.log))
     log[:, 0, : layout.state] = start.states
-    angles_of_branch(log[:, 0, layout.branch])[:] = start.angle[:, : layout.sections]
+    polar = log[:, 0, layout.branch]
+    polar[:, layout.arc_coordinates[:, 1]] = start.angle[:, list(layout.arcs)]
     log[:, 0, layout.euler] = start.angle[:, layout.sections :]
     watched = watch(engine, log, corners, motion_of(scenario, np.zeros(1)))[:, 0]
     columns = watched_columns(len(corners))

@@ -95,8 +95,8 @@ class Fleet:
 
         Their rotors have the speeds of hovering.
         """
-        self.states[which] = np.hstack([state_from_paper(q, qd), self._rotors[which]])
-        self._angles[which] = branches_of(q)
+        self.states[which] = np.hstack([state_from_paper(q, qd, self.layout), self._rotors[which]])
+        self._angles[which] = branches_of(q, self.layout)
         self._first[which] = self.states[which]
         self.status[which] = OK
 

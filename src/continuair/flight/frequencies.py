@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair.engine.engine import Drive, Engine, Start
+from continuair.sections import kind_of
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL
-from continuair.vehicle.runs import per_run
 
 # Configurations computed at once, which limits the memory of large batches.
 _AT_ONCE = 1024
@@ -90,18 +90,13 @@ def _largest_of_pencil(squares: Array, share: Array) -> Array:
 
 
 def _of_bends(engine: Engine) -> tuple[Array, Array]:
-    """Return E I l and d l (runs or 1, bends) [N m³, N m³ s] of each bend."""
+    """Return stiffness and damping of each coordinate (runs, bends), of a bend [N m³, N m³ s]."""
     runs = len(engine.plants)
-    sections = [section for arm in engine.vehicle.arms for section in arm.section]
-    if not sections:
+    parts = [(kind_of(part), part) for arm in engine.vehicle.arms for part in arm.section]
+    if not parts:
         return np.zeros((runs, 0)), np.zeros((runs, 0))
-    stiffness, damping = (
-        np.stack(
-            [per_run(getattr(each, name), runs) * per_run(each.length, runs) for each in sections],
-            axis=-1,
-        ).repeat(2, axis=1)
-        for name in ("bending_stiffness", "structural_damping")
-    )
+    stiffness = np.hstack([kind.stiffness(part, runs) for kind, part in parts])
+    damping = np.hstack([kind.damping(part, runs) for kind, part in parts])
     return stiffness, damping
 
 
@@ -118,7 +113,9 @@ def _compliance(engine: Engine, q: Array) -> Array:
     q: (configurations, runs or 1, coordinates).
     """
     flat, plants = q.reshape(-1, q.shape[-1]), len(engine.plants)
-    states, angles = state_from_paper(flat, np.zeros(flat.shape)), branches_of(flat)
+    layout = engine.layout
+    states = state_from_paper(flat, np.zeros(flat.shape), layout)
+    angles = branches_of(flat, layout)
     runs = max(q.shape[1], plants)
     if not engine.layout.bends:
         return np.zeros((len(q), runs, 0, 0))

@@ -12,7 +12,7 @@ from continuair.errors import InputError
 from continuair.flight.time_grid import Grid, instants_at
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
-from continuair.vehicle.arc import coordinates_of, from_polar, polar_of, section_of
+from continuair.vehicle.coordinates import bends_of
 from continuair.vehicle.layout import Layout, setpoint_columns, width_of
 
 _AT_ONCE = 1024
@@ -55,7 +55,7 @@ def _check_held(scenario: Scenario, layout: Layout, wanted: OverTime, runs: int)
         raise InputError(
             "setpoints",
             (
-                f"bend section {section_of(bend)}{where}, which the controller {law.name} "
+                f"bend section {layout.owner[bend]}{where}, which the controller {law.name} "
                 "does not control"
             ),
             "give it a bend_bandwidth above 0, or a bend of 0",
@@ -80,7 +80,7 @@ def wanted_at(
     scenario: Scenario, layout: Layout, instants: Array, runs: NDArray[np.intp] | None = None
 ) -> Array:
     """Return the set-points (instants, runs or 1, columns) of a scenario, or of some runs."""
-    given, found = scenario.setpoints, _at_start(scenario, runs)
+    given, found = scenario.setpoints, _at_start(scenario, runs, layout)
     columns = setpoint_columns(layout.bends)
     for name in columns if given is not None else ():
         rows = None
@@ -106,11 +106,12 @@ def wanted_at(
     return table
 
 
-def _at_start(scenario: Scenario, runs: NDArray[np.intp] | None) -> dict[str, Array]:
+def _at_start(
+    scenario: Scenario, runs: NDArray[np.intp] | None, layout: Layout
+) -> dict[str, Array]:
     """Return position, yaw and bends (runs or 1, 1, width) at the start of a flight."""
     q = np.atleast_2d(scenario.q)[:, None]
     q = q if runs is None or len(q) == 1 else q[runs]
-    bend = coordinates_of(from_polar(*polar_of(q)))
     # Of the two Euler triples of an attitude, one has the opposite heading.
     yaw = q[..., 5:6] + np.where(np.cos(q[..., 4:5]) < 0.0, np.pi, 0.0)
-    return {"position": q[..., :3], "yaw": yaw, "bend": bend}
+    return {"position": q[..., :3], "yaw": yaw, "bend": bends_of(q, layout)}

@@ -25,7 +25,7 @@ def holding(
     """
     layout, vehicle = engine.layout, engine.vehicle
     rows = np.broadcast_to(rows, (max(len(rows), vehicle.runs or 1), layout.coordinates))
-    state, groups = state_from_paper(rows, np.zeros(rows.shape)), GENERAL + TIP
+    state, groups = state_from_paper(rows, np.zeros(rows.shape), layout), GENERAL + TIP
     if thrusts is not None and vehicle.uav.rotors is not None:
         speeds = vehicle.uav.rotors.speeds_of(thrusts)
         state, groups = np.hstack([state, speeds]), groups + ROTORS
@@ -38,7 +38,8 @@ def holding(
     inputs[..., layout.push] = scale * units[:, None]
     if thrusts is not None:
         inputs[..., layout.of_input["rotor_command"]] = thrusts
-    start = Start(np.tile(state, (len(units), 1)), np.tile(branches_of(rows), (len(units), 1)))
+    angles = branches_of(rows, layout)
+    start = Start(*(np.tile(each, (len(units), 1)) for each in (state, angles)))
     acting = Drive(inputs.reshape(1, -1, layout.inputs), False, groups, gravity)
     rates = engine.derivative(start, acting, np.tile(np.arange(runs), len(units)))
     still, *responses = rates[:, moving].reshape(len(units), runs, -1)
@@ -52,7 +53,8 @@ def _scale_of_inputs(vehicle: Vehicle, runs: int) -> Array:
     if not sections:
         return np.ones((runs, vehicle.layout.coordinates))
     columns = []
-    for power, section in [(1, sections[0]), (2, sections[0]), *((3, each) for each in sections)]:
+    shared = [(1, sections[0], 3), (2, sections[0], 3)]
+    for power, section, count in [*shared, *((3, each, each.coordinates) for each in sections)]:
         inertial = vehicle.mass * np.square(section.clamped_frequency) * section.length**power
-        columns += [np.broadcast_to(inertial, runs)] * (3 if power < 3 else 2)
+        columns += [np.broadcast_to(inertial, runs)] * count
     return np.stack(columns, axis=-1)

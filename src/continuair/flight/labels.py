@@ -11,6 +11,7 @@ import xarray as xr
 
 from continuair.errors import InputError
 from continuair.vehicle.layout import ACTUATORS, COORDINATES, numbered
+from continuair.vehicle.strain import COMPONENTS
 from continuair.vehicle.vehicle import Vehicle
 
 FIXED: dict[str, list[Any]] = {
@@ -26,9 +27,32 @@ def labels_of(vehicle: Vehicle) -> xr.Coordinates:
     """Return the coordinates that all trajectories of a vehicle share."""
     rotors = vehicle.uav.rotors.count if vehicle.uav.rotors is not None else 0
     if not vehicle.has_arm_list:
-        return _labels(None, (), rotors)
+        return _labels(None, (), rotors, strain_labels(vehicle))
     sections = (f"{arm.name}.{each.name}" for arm in vehicle.arms for each in arm.section)
-    return _labels(tuple(arm.name for arm in vehicle.arms), tuple(sections), rotors)
+    arms = tuple(arm.name for arm in vehicle.arms)
+    return _labels(arms, tuple(sections), rotors, strain_labels(vehicle))
+
+
+def strain_labels(vehicle: Vehicle) -> tuple[tuple[str, ...], ...]:
+    """Return the labels of the coordinates of each section, none where all sections are arcs.
+
+    These are "arm.section.bend_x_0" and so on, the component and the order of its polynomial.
+    """
+    if not vehicle.layout.strains:
+        return ()
+    return tuple(
+        tuple(
+            f"{arm.name}.{section.name}.{COMPONENTS[component]}_{order}"
+            for component, order in section.orders.coordinates
+        )
+        for arm in vehicle.arms
+        for section in arm.section
+    )
+
+
+def flat_labels(vehicle: Vehicle) -> tuple[str, ...]:
+    """Return the labels of `strain_labels` of all sections."""
+    return tuple(label for section in strain_labels(vehicle) for label in section)
 
 
 def in_order(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
@@ -54,13 +78,23 @@ def ordered(flight: xr.Dataset, labels: Mapping[Any, Any]) -> xr.Dataset:
 
 
 @cache
-def _labels(arms: tuple[str, ...] | None, sections: tuple[str, ...], rotors: int) -> xr.Coordinates:
-    # Rotors count from 1, as in exported files.
-    """Return the coordinates for some names of arms and sections, and a number of rotors."""
+def _labels(
+    arms: tuple[str, ...] | None,
+    sections: tuple[str, ...],
+    rotors: int,
+    strains: tuple[tuple[str, ...], ...],
+) -> xr.Coordinates:
+    """Return the coordinates for some names of arms, sections and strains, and a number of rotors.
+
+    Rotors count from 1, as in exported files.
+    """
     alike = FIXED | {"rotor": list(range(1, rotors + 1))}
-    if arms is None:
-        own = {"actuator": list(ACTUATORS), "coordinate": list(COORDINATES)}
-        return xr.Coordinates(alike | own)
-    polar, moments = (numbered(names[6:], len(sections)) for names in (COORDINATES, ACTUATORS))
+    listed = {} if arms is None else {"arm": list(arms), "section": list(sections)}
+    of_arcs = len(sections) if listed else None
+    polar, moments = (numbered(names[6:], of_arcs) for names in (COORDINATES, ACTUATORS))
+    if strains:
+        each = [label for section in strains for label in section]
+        polar = moments = tuple(each)
+        listed["strain_coordinate"] = each
     own = {"actuator": [*ACTUATORS[:6], *moments], "coordinate": [*COORDINATES[:6], *polar]}
-    return xr.Coordinates(alike | own | {"arm": list(arms), "section": list(sections)})
+    return xr.Coordinates(alike | own | listed)

@@ -112,6 +112,7 @@ class Simulation:
             sample=period,
             duration=period,
             threads=1,
+            strain=True,
             stacklevel=3,
         )
         if self._flight.batched:
@@ -183,7 +184,8 @@ class Simulation:
     @property
     def qd(self) -> Array:
         """Rates of the paper coordinates (8,); those of Euler angles are NaN at a pitch of ±π/2."""
-        return paper_rates(self.q[None], self.state[None])[0]
+        layout = self._engine.layout
+        return paper_rates(self.q[None], self.state[None], layout=layout)[0]
 
     def step(
         self,

@@ -27,7 +27,7 @@ from continuair.terms import name_of, terms_of
 from continuair.typing import Array, Method
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import Layout
-from continuair.vehicle.vehicle import Vehicle, check_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_arcs, check_vehicle
 
 DEFAULT_TOLERANCE = 1e-4
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-12, 1e-2
@@ -47,14 +47,18 @@ def prepare(
     method: Method = "RK4",
     tolerance: Tolerance | None = None,
     with_callback: bool = False,
+    strain: bool = False,
     stacklevel: int = 2,
 ) -> Flight:
     """Check vehicle, scenario and options, as described in `continuair.simulate`, and combine them.
 
     method, tolerance: as in `Flight`. with_callback: whether the caller supports a force_callback.
-    Raises InputError; warns of a step that is too coarse, `stacklevel` frames up.
+    strain: whether it uses sections of any kind; else a strain that varies is refused. Raises
+    InputError; warns of a step that is too coarse, `stacklevel` frames up.
     """
     check_vehicle(vehicle)
+    if not strain:
+        check_arcs(vehicle)
     check_scenario(scenario)
     if scenario.force_callback is not None and not with_callback:
         raise InputError(
@@ -90,8 +94,10 @@ def prepare(
         distorts = not INTEGRATORS[method].stiff
         steps = steps_of(scenario, asked, fine, sample, stacklevel + 1 if distorts else None)
         check_steps(duration, float(steps.min()))
-    states = state_from_paper(*np.broadcast_arrays(q, qd))
-    parts = states, rotor_speeds(vehicle, scenario), branches_of(q)
+    rates = np.broadcast_to(qd, np.broadcast_shapes(q.shape, qd.shape))
+    at = np.broadcast_to(q, rates.shape)
+    states = state_from_paper(at, rates, coupled.layout)
+    parts = states, rotor_speeds(vehicle, scenario), branches_of(q, coupled.layout)
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
     start = Start(np.hstack(state), branches)
     late = scenario.controller.latency if scenario.controller is not None else 0.0
@@ -224,15 +230,22 @@ def check_scenario(scenario: Any) -> None:
 
 
 def check_fits(scenario: Scenario, layout: Layout) -> None:
-    """Raise InputError unless a scenario has as many sections and arms as a vehicle."""
-    if scenario.sections != layout.sections:
+    """Raise InputError unless a scenario has as many coordinates and arms as a vehicle."""
+    if np.shape(scenario.q)[-1] != layout.coordinates:
+        further = "the coordinates of each" if layout.strains else "kappa psi_a per"
         raise InputError(
             "scenario.q",
             (
                 f"has {np.shape(scenario.q)[-1]} numbers, but the vehicle has "
                 f"{layout.sections} sections"
             ),
-            f"give {layout.coordinates}: x y z roll pitch yaw, and kappa psi_a per section",
+            f"give {layout.coordinates}: x y z roll pitch yaw, and {further} section",
+        )
+    if layout.strains and scenario.tau is not None:
+        raise InputError(
+            "scenario.tau",
+            "is conjugate to the paper's coordinates, which a strain that varies does not have",
+            "give force, moment and bend_moment",
         )
     wrench = scenario.tip_wrench
     given = wrench(0.0) if callable(wrench) else wrench

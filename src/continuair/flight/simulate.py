@@ -29,6 +29,7 @@ from continuair.flight.rollout import record, working_bytes
 from continuair.flight.trajectory import (
     OF_ROTORS,
     OF_SECTION,
+    OF_STRAIN,
     VARIABLES,
     WATCHED_VARIABLES,
     Recorder,
@@ -142,6 +143,7 @@ def simulate(
         stacklevel=3,
         method=method,
         with_callback=True,
+        strain=True,
     )
     recorder = Recorder(flight, model, names, dtype)
     check_memory(recorder.needed(), working_bytes(recorder, checked))
@@ -197,7 +199,18 @@ def _checked_names(
                 f"has {name}, which needs a scenario with a controller and a target",
                 "give both, or omit it",
             )
-        if name in (*OF_ARM, *OF_SECTION) and not vehicle.arms:
+        if name in OF_STRAIN + OF_SECTION and vehicle.arms:
+            of_others = OF_SECTION if vehicle.layout.strains else OF_STRAIN
+            if name in of_others:
+                instead = (OF_STRAIN if vehicle.layout.strains else OF_SECTION)[
+                    of_others.index(name)
+                ]
+                raise InputError(
+                    "variables",
+                    f"has {name}, which does not describe the sections of this vehicle",
+                    f"give {instead}",
+                )
+        if name in (*OF_ARM, *OF_SECTION, *OF_STRAIN) and not vehicle.arms:
             raise InputError(
                 "variables",
                 f"has {name}, but vehicle {shown(vehicle.name)} has no arm",

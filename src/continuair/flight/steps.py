@@ -60,7 +60,7 @@ def automatic_step(
             "has no finite bending frequency: its arm is too heavy or too soft for its UAV",
             "check arm.length, arm.radius and uav.mass",
         )
-    state = state_from_paper(at, rates)
+    state = state_from_paper(at, rates, coupled.layout)
     spin = np.linalg.norm(state[:, coupled.layout.angular_velocity], axis=1)
     # Rates near the largest float make the step 0, which the time grid refuses.
     with np.errstate(over="ignore", divide="ignore"):
@@ -74,7 +74,8 @@ def _fastest_of_jacobian(engine: Engine, q: Array, qd: Array) -> Array:
 
     NaN if it is not finite. q, qd: (runs or 1, coordinates).
     """
-    states, angles = state_from_paper(q, qd), branches_of(q)
+    layout = engine.layout
+    states, angles = state_from_paper(q, qd, layout), branches_of(q, layout)
     runs = np.arange(max(len(states), len(engine.plants)))
     states, angles = (np.broadcast_to(x, (len(runs), x.shape[1])) for x in (states, angles))
     states = np.pad(states, ((0, 0), (0, engine.layout.state - states.shape[1])))

@@ -26,8 +26,7 @@ from continuair.kernels.step import OK, STATUS
 from continuair.scenario.scenarios import Scenario
 from continuair.terms import terms_of
 from continuair.typing import Array
-from continuair.vehicle.arc import followed_polar
-from continuair.vehicle.coordinates import euler_on_branch
+from continuair.vehicle.coordinates import euler_on_branch, followed_coordinates
 from continuair.vehicle.layout import (
     MOTION,
     OF_ARM,
@@ -50,6 +49,8 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "velocity": ("axis", "m/s", "velocity of B's origin, body axes"),
     "angular_velocity": ("axis", "rad/s", "angular velocity of B, body axes"),
     "bend_rate": ("bend_axis", "1/(m s)", "rate of the bend vector, axes of the section's base"),
+    "strain": ("strain_coordinate", "1/m, 1", "coordinates of all sections, as in accelerations"),
+    "strain_rate": ("strain_coordinate", "1/(m s), 1/s", "rates of the strain's coordinates"),
     "q": ("coordinate", "m, rad, 1/m", "the paper's coordinates, angles on continuous branches"),
     "tip_position": ("axis", "m", "tip of the arm, world axes"),
     "tip_attitude": ("quaternion", "1", "untwisted tip frame (z along the tangent) to world"),
@@ -57,7 +58,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
     "tip_angular_velocity": ("axis", "rad/s", "angular velocity of the tip, world axes"),
     "kinetic_energy": ("", "J", "kinetic energy of the model"),
     "gravity_energy": ("", "J", "potential energy of gravity, 0 at world z = 0"),
-    "elastic_energy": ("", "J", "½ E I l |k|² of all sections"),
+    "elastic_energy": ("", "J", "elastic energy of all sections, ½ E I l |k|² of an arc"),
     "term_energy": ("", "J", "potential energy of the vehicle's terms that have one"),
     "linear_momentum": ("axis", "kg m/s", "linear momentum of the moving parts, world axes"),
     "angular_momentum": ("axis", "kg m²/s", "angular momentum about the world origin, world axes"),
@@ -109,10 +110,15 @@ OF_ROTORS = frozenset({"rotor_thrust", "rotor_power", "saturation"})
 OBSERVED_VARIABLES = frozenset(observed_columns(1, energies=True)) | OF_ROTORS
 
 OF_SECTION = ("bend", "bend_rate")
-"""Variables that each section has."""
+"""Variables that each arc has, of vehicles whose sections are all arcs."""
 
-_LOGGED = ("position", "attitude", "bend", "angular_velocity", "bend_rate", "command")
-"""Variables that are a slice of the log, by the name of that slice in `Layout`."""
+OF_STRAIN = ("strain", "strain_rate")
+"""Variables of vehicles with a section whose strain varies, in place of those of arcs."""
+
+_LOGGED = {name: name for name in ("position", "attitude", "angular_velocity", "command")} | dict(
+    zip(OF_SECTION + OF_STRAIN, 2 * OF_SECTION, strict=True)
+)
+"""Variables that are a slice of the log: name of that slice in `Layout`."""
 
 
 Rows = NDArray[np.intp] | slice
@@ -363,12 +369,11 @@ def values_of(name: str, logs: Logs, flight: Flight, runs: NDArray[np.intp]) -> 
         return (_observed(name, logs, flight, runs),)
     log = logs.log
     if name in _LOGGED:
-        return (log[..., getattr(layout, name)],)
+        return (log[..., getattr(layout, _LOGGED[name])],)
     attitude = log[..., layout.attitude]
     if name == "q":
         euler = euler_on_branch(attitude, log[..., layout.euler])
-        polar = followed_polar(log[..., layout.branch], log[..., layout.bend])
-        return log[..., layout.position], euler, polar
+        return log[..., layout.position], euler, followed_coordinates(log, layout)
     # The kernels integrate the velocity of B's origin in world axes.
     return (_in_body_axes(log[..., layout.velocity], attitude),)
 
@@ -421,6 +426,7 @@ def default_variables(vehicle: Vehicle, scenario: Scenario) -> tuple[str, ...]:
     absent = {"q"}
     if not vehicle.arms:
         absent |= {*OF_ARM, *OF_SECTION, "elastic_energy"}
+    absent |= set(OF_SECTION if vehicle.layout.strains else OF_STRAIN)
     if vehicle.uav.rotors is None:
         absent |= OF_ROTORS
     elif vehicle.uav.rotors.radius is None:

@@ -12,6 +12,7 @@ import xarray as xr
 
 from continuair.analysis.motion import Motion, motion_of
 from continuair.files import new_file, save
+from continuair.flight.labels import flat_labels
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.logged import columns_of
 from continuair.scenario.scenarios import Scenario
@@ -74,15 +75,18 @@ def _measured(motion: Motion) -> Iterator[tuple[str, Array]]:
     yield "time", motion.time
     yield from zip("xyz", motion.position.T, strict=True)
     yield from zip(("qx", "qy", "qz", "qw"), motion.attitude.T, strict=True)
-    bends = motion.bend.reshape(len(motion.time), -1)
-    yield from zip(_per_section(motion, ("bend_x", "bend_y")), bends.T, strict=True)
+    if not motion.vehicle.layout.strains:
+        yield from zip(_per_section(motion, ("bend_x", "bend_y")), motion.bend.T, strict=True)
 
 
 def _inputs(motion: Motion, acting: Acting) -> Iterator[tuple[str, Array]]:
     for name in PUSH:
         if name in acting.inputs:
             names = OF_NAME[name].components
-            names = _per_section(motion, names) if name == "bend_moment" else names
+            if name == "bend_moment" and motion.vehicle.layout.strains:
+                names = tuple(f"bend_moment_{label}" for label in flat_labels(motion.vehicle))
+            elif name == "bend_moment":
+                names = _per_section(motion, names)
             yield from zip(names, acting.inputs[name].T, strict=True)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
-from continuair.analysis.backbone import HALF_TURN, arc, parts, quaternions
+from continuair.analysis.backbone import HALF_TURN, curve, parts, quaternions, sections_of
 from continuair.analysis.motion import Motion, motion_of
 from continuair.errors import InputError
 from continuair.files import new_file, printed, save
@@ -145,23 +145,39 @@ def _joints(stage: _Stage, arm: ArmChain, bend: Array, at_tip: list[int]) -> lis
     """Return the chain of an arm's frames, each in the one before, from the base to the tip."""
     found: list[int] = []
     children = at_tip
-    for index in reversed(range(len(arm.section))):
-        section = arm.section[index]
-        at, frame = arc(bend[:, index], section.length / PIECES)
-        turn = quaternions(frame)
-        # All pieces of a section move alike.
-        tracks = stage.glb.track(stage.times, at), stage.glb.track(stage.times, turn)
+    for section, own in reversed(sections_of(arm, bend)):
+        moves = _pieces(stage, section, own)
         disks = _disks(stage, section)
         for piece in reversed(range(PIECES)):
             children = [*children, *disks.get(piece + 1, [])]
             name = f"{arm.name}.{section.name}.{piece + 1}"
-            node = stage.glb.node(name, children, translation=at[0], rotation=turn[0])
+            at, turn, tracks = moves[piece]
+            node = stage.glb.node(name, children, translation=at, rotation=turn)
             for path, track in zip(("translation", "rotation"), tracks, strict=True):
                 stage.glb.move(node, path, track)
             found, children = [node, *found], [node]
         children += disks.get(0, [])
     base = stage.glb.node(arm.name, children, translation=arm.mount, rotation=arm.attitude)
     return [base, *found]
+
+
+def _pieces(
+    stage: _Stage, section: Section, bend: Array
+) -> list[tuple[Array, Array, tuple[int, int]]]:
+    """Return place, attitude and tracks of each piece of a section in axes of the one before."""
+    # All pieces of an arc move alike.
+    count = 1 if section.polar else PIECES
+    points, frames = curve(
+        section, bend, np.arange(PIECES + 1)[: count + 1] * section.length / PIECES
+    )
+    found = []
+    for piece in range(count):
+        before = frames[:, piece].swapaxes(-1, -2)
+        moved = (before @ (points[:, piece + 1] - points[:, piece])[..., None])[..., 0]
+        turn = quaternions(before @ frames[:, piece + 1])
+        tracks = stage.glb.track(stage.times, moved), stage.glb.track(stage.times, turn)
+        found.append((moved[0], turn[0], tracks))
+    return found * (PIECES // count)
 
 
 def _disks(stage: _Stage, section: Section) -> dict[int, list[int]]:

@@ -25,7 +25,6 @@ from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
 from continuair.scenario.wrench import FlightState, Wrench
 from continuair.typing import Array, ArrayLike
-from continuair.vehicle.arc import sections_of
 from continuair.vehicle.fields import is_title
 from continuair.vehicle.layout import FIELDS, OF_NAME, ONE_SECTION, Layout
 
@@ -53,7 +52,8 @@ class Scenario(Immutable):
     name : str
         Name, for titles and provenance.
     q : array_like, shape (8,) or (runs, 8)
-        Initial paper coordinates [m, rad, 1/m, rad]; of N sections, 6 + 2 N numbers.
+        Initial paper coordinates [m, rad, 1/m, rad]; of N arcs, 6 + 2 N numbers. The coordinates of
+        a section whose strain varies stand in the place of κ and ψa, as in `accelerations`.
     qd : array_like, shape (8,) or (runs, 8), optional
         Initial rates of the paper coordinates [per s]. Default: 0.
     tau : array_like or callable, optional
@@ -64,7 +64,8 @@ class Scenario(Immutable):
     moment : array_like or callable, optional
         Moment on the UAV in body axes, shape (3,) [N m].
     bend_moment : array_like or callable, optional
-        Generalised forces conjugate to the bend vectors, two per section [N m²].
+        Generalised forces conjugate to the bend vectors, two per arc [N m²], or to the coordinates
+        of a section whose strain varies [N m²; stretch and shear: N m].
     tip_wrench : array_like or callable, optional
         Force and moment at the tip in world axes, six per arm [N, N m].
     wind : array_like or callable, optional
@@ -253,11 +254,6 @@ class Scenario(Immutable):
         return (self.target,) if isinstance(self.target, Target) else tuple(self.target)
 
     @property
-    def sections(self) -> int:
-        """Number of sections of all arms, from the width of `q`."""
-        return sections_of(self.q)
-
-    @property
     def runs(self) -> int | None:
         """Number of runs if a state or a constant input has a row per run, else None."""
         values = [getattr(self, name) for name in ("q", "qd", "rotor_thrust", *_INPUTS)]
@@ -315,7 +311,7 @@ def _state(field: str, value: object, width: int | None = None) -> Array:
     array = _finite_array(value)
     if array is not None and _is_rows(array):
         found = array.shape[-1]
-        if found == width or (width is None and found >= _UAV and found % 2 == 0):
+        if found == width or (width is None and found >= _UAV):
             return array
     rates, many = " (rates)" if field == "qd" else "", width or _ONE
     names = "[x y z roll pitch yaw kappa psi_a]" if many >= _ONE else "[x y z roll pitch yaw]"

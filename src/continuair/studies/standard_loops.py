@@ -69,7 +69,7 @@ def bent_growth(vehicle: Vehicle, held: Controller, q: Array) -> float:
 
     Constant moments hold the bends of q (coordinates,).
     """
-    state = state_from_paper(q[None], np.zeros_like(q[None]))[0]
+    state = state_from_paper(q[None], np.zeros_like(q[None]), vehicle.layout)[0]
     bent = hover(vehicle, GRAVITY, tuple(state[vehicle.layout.bend].tolist()))
     chosen = held.settings
     loop = LinearLoop(bent, held.gains, chosen["feedforward"], chosen["rotor_lag"])

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.errors import InputError, shown
+from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 
 DIFFERENCE = 2e-3
@@ -14,22 +16,43 @@ _ROOM = 2.5 * DIFFERENCE
 """Margin below a full circle [1/m], which keeps central differences inside the range."""
 
 
-def largest_bends(vehicle: Vehicle) -> np.ndarray:
-    """Return the largest bend of each section (sections,) [1/m]."""
-    sections = (section for arm in vehicle.arms for section in arm.section)
-    return np.array([2.0 * np.pi / section.length - _ROOM for section in sections])
+_STRAINED = 0.5
+"""Largest coefficient of stretch and shear [-], which leaves the rod a length."""
 
 
-def check_bend(name: str, value: object, kappas: np.ndarray, vehicle: Vehicle) -> None:
-    """Raise InputError if a bend of a section [1/m] exceeds `largest_bends`."""
-    sections = (section for arm in vehicle.arms for section in arm.section)
-    for kappa, largest, section in zip(kappas, largest_bends(vehicle), sections, strict=True):
-        if kappa > largest:
+def largest_bends(vehicle: Vehicle) -> tuple[Array, NDArray[np.intp]]:
+    """Return the largest admissible lengths of the vectors that the coordinates of sections form.
+
+    Returns
+    -------
+    largest : ndarray
+        One per bend vector of an arc [1/m], and one per coordinate of a section whose strain varies
+        [1/m; stretch and shear: -].
+    owner : ndarray, shape (bends,)
+        Index of the vector that each coordinate is a component of.
+    """
+    largest: list[float] = []
+    owner: list[int] = []
+    for section in (part for arm in vehicle.arms for part in arm.section):
+        circle = 2.0 * np.pi / section.length - _ROOM
+        if section.polar:
+            owner += [len(largest)] * section.coordinates
+            largest.append(circle)
+        else:
+            owner += range(len(largest), len(largest) + section.coordinates)
+            turning = section.orders.turning
+            largest += [circle] * turning + [_STRAINED] * (section.coordinates - turning)
+    return np.array(largest), np.array(owner, int)
+
+
+def check_bend(name: str, value: object, bends: Array, vehicle: Vehicle) -> None:
+    """Raise InputError if bends (bends,) exceed `largest_bends`."""
+    largest, owner = largest_bends(vehicle)
+    found = np.sqrt(np.bincount(owner, bends * bends))
+    for length, most in zip(found, largest, strict=True):
+        if length > most:
             raise InputError(
                 name,
-                (
-                    f"is {shown(value)}, which bends a section of {section.length:g} m to "
-                    f"{kappa:g} 1/m"
-                ),
-                f"give at most {largest:.4g} 1/m, just below a full circle",
+                f"is {shown(value)}, which bends a section to {length:g} 1/m",
+                f"give at most {most:.4g} 1/m, just below a full circle",
             )

@@ -1,7 +1,8 @@
 """Conversions between the paper's coordinates q = [x y z φ θ ψ κ ψa] and the state.
 
-The state has no singularity. The pairs (κ, ψa) of all sections follow one another, arm by arm from
-the base. `Layout` gives the columns of the state.
+The state has no singularity. The coordinates of all sections follow one another, arm by arm from
+the base: (κ, ψa) of an arc, and those of a strain field as they are in the state. `Layout` gives
+the columns of the state.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair.typing import Array, ArrayLike
-from continuair.vehicle.arc import angles_of_branch, bend_vectors, polar_of, sections_of
+from continuair.vehicle.arc import sections_of
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.poles import POLE, mend_near_poles, with_roll
 
@@ -19,34 +20,73 @@ _NEAR = 1.5
 other triple differs by at least π - 1.5 in both, and its pitch is never nearer."""
 
 
-def state_from_paper(q: np.ndarray, qd: np.ndarray) -> np.ndarray:
+def state_from_paper(q: np.ndarray, qd: np.ndarray, layout: Layout) -> np.ndarray:
     """Return states (runs, state) for paper coordinates and rates, both (runs, coordinates)."""
     attitude = Rotation.from_euler("ZYX", q[:, [5, 4, 3]]).as_quat()
-    (kappa, psi), (kappa_d, psi_d) = polar_of(q), polar_of(qd)
+    (kappa, psi), (kappa_d, psi_d) = _polar_of(q, layout), _polar_of(qd, layout)
     along, across = _bend_directions(psi)
-    bend = kappa[..., None] * along
-    bend_rate = kappa_d[..., None] * along + (kappa * psi_d)[..., None] * across
+    bend, bend_rate = bends_of(q, layout), np.array(qd[:, layout.polar])
+    bend_rate[:, layout.arc_coordinates] = (
+        kappa_d[..., None] * along + (kappa * psi_d)[..., None] * across
+    )
     spin = np.einsum("nij,nj->ni", euler_to_body_rates(q), qd[:, 3:6])
-    bend, bend_rate = (x.reshape(len(q), -1) for x in (bend, bend_rate))
     return np.hstack([q[:, :3], attitude, bend, qd[:, :3], spin, bend_rate])
 
 
-def branches_of(q: np.ndarray) -> np.ndarray:
+def bends_of(q: np.ndarray, layout: Layout) -> np.ndarray:
+    """Return the coordinates of the sections in a state, (..., bends), for the paper's."""
+    kappa, psi = _polar_of(q, layout)
+    found = np.array(q[..., layout.polar], float)
+    found[..., layout.arc_coordinates] = kappa[..., None] * _bend_directions(psi)[0]
+    return found
+
+
+def polar_of_bends(bends: np.ndarray, layout: Layout) -> np.ndarray:
+    """Return the paper's coordinates of the sections, κ not negative, for those in a state."""
+    x, y = np.moveaxis(bends[..., layout.arc_coordinates], -1, 0)
+    found = np.array(bends, float)
+    found[..., layout.arc_coordinates] = np.stack([np.hypot(x, y), np.arctan2(y, x)], axis=-1)
+    return found
+
+
+def branches_of(q: np.ndarray, layout: Layout) -> np.ndarray:
     """Return the angles (runs, sections + 3) that fix the branches of q (runs, coordinates).
 
-    These are ψa of each section, then roll, pitch and yaw.
+    These are ψa of each arc, 0 for other sections, then roll, pitch and yaw.
     """
-    return np.hstack([polar_of(q)[1], q[:, 3:6]])
+    return _angles(_polar_of(q, layout)[1], q[:, 3:6], layout)
+
+
+def _angles(psi: np.ndarray, euler: np.ndarray, layout: Layout) -> np.ndarray:
+    """Return ψa of arcs (..., arcs) at the place of their sections, followed by Euler angles."""
+    found = np.zeros((*psi.shape[:-1], layout.sections + euler.shape[-1]))
+    found[..., list(layout.arcs)], found[..., layout.sections :] = psi, euler
+    return found
 
 
 def branches_in(rows: np.ndarray, layout: Layout) -> np.ndarray:
     """Return the angles of `branches_of` for log rows (..., log), as the kernel follows them."""
-    return np.concatenate(
-        [angles_of_branch(rows[..., layout.branch]), rows[..., layout.euler]], axis=-1
-    )
+    psi = rows[..., layout.branch][..., layout.arc_coordinates[:, 1]]
+    return _angles(psi, rows[..., layout.euler], layout)
 
 
-def paper_rates(q: Array, state: Array, threshold: ArrayLike = 0.0) -> Array:
+def followed_coordinates(rows: np.ndarray, layout: Layout) -> np.ndarray:
+    """Return the paper's coordinates of all sections (..., bends) of log rows (..., log).
+
+    |κ| is computed from the bends: the kernel's own is a sum of two products, whose rounding
+    depends on how it was compiled.
+    """
+    bends, found = rows[..., layout.bend], np.array(rows[..., layout.branch])
+    kappa, pairs = layout.arc_coordinates[:, 0], layout.arc_coordinates
+    found[..., list(layout.strain_coordinates)] = bends[..., list(layout.strain_coordinates)]
+    x, y = bends[..., pairs[:, 0]], bends[..., pairs[:, 1]]
+    found[..., kappa] = np.copysign(np.hypot(x, y), found[..., kappa])
+    return found
+
+
+def paper_rates(
+    q: Array, state: Array, threshold: ArrayLike = 0.0, layout: Layout | None = None
+) -> Array:
     """Return the rates q̇ of the paper's coordinates for given states.
 
     Parameters
@@ -58,6 +98,8 @@ def paper_rates(q: Array, state: Array, threshold: ArrayLike = 0.0) -> Array:
     threshold : array_like, default 0.0
         Curvature κ_s [1/m] of Remark 1, Amiri et al. (2026): one number, one per run (runs,), or
         (runs or 1, sections). |κ| below κ_s divides ψ̇a as κ_s.
+    layout : Layout, optional
+        Columns of the states, `vehicle.layout`. Default: those of arcs.
 
     Returns
     -------
@@ -65,50 +107,62 @@ def paper_rates(q: Array, state: Array, threshold: ArrayLike = 0.0) -> Array:
         Rates of q. ψ̇a of a straight section is 0 without a threshold. Rates of the Euler angles are
         NaN at a pitch of ±π/2, where they do not exist.
     """
-    layout, (kappa, psi) = _layout(q), polar_of(q)
+    layout = Layout.of_arcs(sections_of(q)) if layout is None else layout
+    kappa, psi = _polar_of(q, layout)
     euler = _body_to_euler_rates(q, state[:, layout.angular_velocity])
     euler[np.abs(np.cos(q[:, 4])) < POLE] = np.nan
     along, across = _bend_directions(psi)
-    bend_rate = bend_vectors(state[:, layout.bend_rate])
-    safe = np.copysign(np.maximum(np.abs(kappa), _per_section(threshold)), kappa)
+    moved = state[:, layout.bend_rate]
+    bend_rate = moved[:, layout.arc_coordinates]
+    safe = np.copysign(np.maximum(np.abs(kappa), _per_arc(threshold, layout)), kappa)
     around = (bend_rate * across).sum(-1)
     psi_d = np.divide(around, safe, out=np.zeros_like(around), where=safe != 0.0)
-    return _joined(state[:, layout.velocity], euler, (bend_rate * along).sum(-1), psi_d)
+    polar = _with_polar(moved, (bend_rate * along).sum(-1), psi_d, layout)
+    return np.hstack([state[:, layout.velocity], euler, polar])
 
 
 def paper_accelerations(
-    q: np.ndarray, qd: np.ndarray, rate: np.ndarray, threshold: ArrayLike
+    q: np.ndarray, qd: np.ndarray, rate: np.ndarray, threshold: ArrayLike, layout: Layout
 ) -> np.ndarray:
     """Return q̈ (runs, coordinates) for rates of the state (runs, state).
 
     threshold: κ_s [1/m] (Remark 1), as in `paper_rates`. |κ| below κ_s divides ψ̈a as κ_s, with the
     sign of κ.
     """
-    layout, (kappa, psi), (kappa_d, psi_d) = _layout(q), polar_of(q), polar_of(qd)
+    (kappa, psi), (kappa_d, psi_d) = _polar_of(q, layout), _polar_of(qd, layout)
     turned = np.einsum("nij,nj->ni", _euler_to_body_rates_dot(q, qd), qd[:, 3:6])
     euler = _body_to_euler_rates(q, rate[:, layout.angular_velocity] - turned)
     along, across = _bend_directions(psi)
-    bend = bend_vectors(rate[:, layout.bend_rate])
+    moved = rate[:, layout.bend_rate]
+    bend = moved[:, layout.arc_coordinates]
     kappa_dd = (bend * along).sum(-1) + kappa * psi_d**2
-    safe = np.copysign(np.maximum(np.abs(kappa), _per_section(threshold)), kappa)
+    safe = np.copysign(np.maximum(np.abs(kappa), _per_arc(threshold, layout)), kappa)
     psi_dd = ((bend * across).sum(-1) - 2.0 * kappa_d * psi_d) / safe
-    return _joined(rate[:, layout.velocity], euler, kappa_dd, psi_dd)
+    polar = _with_polar(moved, kappa_dd, psi_dd, layout)
+    return np.hstack([rate[:, layout.velocity], euler, polar])
 
 
-def _layout(q: np.ndarray) -> Layout:
-    """Return the layout of a state; it does not depend on how sections are grouped into arms."""
-    return Layout.of_arcs(sections_of(q))
+def _polar_of(q: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Return κ and ψa (..., arcs) in the paper's coordinates, or in their rates."""
+    pairs = q[..., layout.polar][..., layout.arc_coordinates]
+    return pairs[..., 0], pairs[..., 1]
 
 
-def _per_section(threshold: ArrayLike) -> np.ndarray:
-    """Return κ_s (runs or 1, sections or 1)."""
+def _with_polar(
+    coordinates: np.ndarray, kappa: np.ndarray, psi: np.ndarray, layout: Layout
+) -> np.ndarray:
+    """Return coordinates (runs, bends) with κ and ψa, or their rates, in the place of arcs."""
+    found = np.array(coordinates)
+    found[:, layout.arc_coordinates] = np.stack([kappa, psi], axis=-1)
+    return found
+
+
+def _per_arc(threshold: ArrayLike, layout: Layout) -> np.ndarray:
+    """Return κ_s (runs or 1, arcs or 1)."""
     found = np.asarray(threshold)
-    return found if found.ndim == 2 else found.reshape(-1, 1)
-
-
-def _joined(moved: np.ndarray, euler: np.ndarray, kappa: np.ndarray, psi: np.ndarray) -> np.ndarray:
-    polar = np.stack([kappa, psi], axis=-1).reshape(len(kappa), -1)
-    return np.hstack([moved, euler, polar])
+    if found.ndim != 2:
+        return found.reshape(-1, 1)
+    return found if found.shape[1] == 1 else found[:, list(layout.arcs)]
 
 
 def continuous_euler(attitude: Array) -> Array:

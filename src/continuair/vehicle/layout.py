@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle import arc
@@ -138,15 +139,16 @@ class Layout:
         Whether wind acts on the vehicle.
     energies : bool, default False
         Whether terms have a potential energy.
-    arcs : bool, default True
-        Whether all sections are arcs, with the paper's polar coordinates.
+    strains : tuple of int, default ()
+        Sections, by their index among those of all arms, whose coordinates are those of a strain
+        field. All others are arcs, with the paper's polar coordinates.
     """
 
     widths: tuple[tuple[int, ...], ...]
     rotors: int = 0
     air: bool = False
     energies: bool = False
-    arcs: bool = True
+    strains: tuple[int, ...] = ()
 
     position = slice(0, 3)
     attitude = slice(3, 7)
@@ -165,6 +167,26 @@ class Layout:
     def sections(self) -> int:
         """Return the number of sections of all arms."""
         return len(self.of_section)
+
+    @property
+    def arcs(self) -> tuple[int, ...]:
+        """Return the sections that are arcs."""
+        return tuple(each for each in range(self.sections) if each not in self.strains)
+
+    @cached_property
+    def arc_coordinates(self) -> NDArray[np.intp]:
+        """Return the two coordinates of each arc among those of all sections, (arcs, 2)."""
+        firsts = [self.of_section[section].start for section in self.arcs]
+        return np.add.outer(np.array(firsts, int), np.arange(arc.COORDINATES))
+
+    @cached_property
+    def strain_coordinates(self) -> tuple[int, ...]:
+        """Return the coordinates of strain fields among those of all sections."""
+        return tuple(
+            coordinate
+            for section in self.strains
+            for coordinate in range(self.of_section[section].start, self.of_section[section].stop)
+        )
 
     @cached_property
     def arms(self) -> int:

@@ -191,8 +191,8 @@ class Vehicle(Part):
     def layout(self) -> Layout:
         """Return the columns of coordinates, of states without rotor speeds, and of inputs."""
         widths = tuple(tuple(part.coordinates for part in arm.section) for arm in self.arms)
-        arcs = all(part.polar for arm in self.arms for part in arm.section)
-        return Layout(widths, arcs=arcs)
+        parts = enumerate(part for arm in self.arms for part in arm.section)
+        return Layout(widths, strains=tuple(n for n, part in parts if not part.polar))
 
     @property
     def camera_arm(self) -> int:
@@ -517,13 +517,15 @@ def as_rod(vehicle: Vehicle) -> Vehicle:
     return vehicle.replace(changes)
 
 
-def check_single_vehicle(value: object) -> Vehicle:
+def check_single_vehicle(value: object, strain: bool = False) -> Vehicle:
     """Return a vehicle that must be of one run.
 
     Parameters
     ----------
     value : object
         Argument to check.
+    strain : bool, default False
+        Whether the caller uses sections of any kind.
 
     Returns
     -------
@@ -533,10 +535,12 @@ def check_single_vehicle(value: object) -> Vehicle:
     Raises
     ------
     InputError
-        If the value is a batch, not a vehicle, or has a section whose strain varies.
+        If the value is a batch, not a vehicle, or has a section whose strain varies and `strain` is
+        False.
     """
     vehicle = check_vehicle(value)
-    check_arcs(vehicle)
+    if not strain:
+        check_arcs(vehicle)
     if vehicle.runs is not None:
         raise InputError(
             "vehicle",

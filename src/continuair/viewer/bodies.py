@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from continuair.analysis.backbone import TIP, along, parts, placed, quaternions
+from continuair.analysis.backbone import (
+    TIP,
+    along,
+    angle_of,
+    parts,
+    placed,
+    quaternions,
+    sections_of,
+)
 from continuair.equations.turns import of_quaternion
 from continuair.interfaces.outline import radius_of, rotor_radius
 from continuair.vehicle.vehicle import Vehicle
@@ -86,7 +94,7 @@ class Bodies:
 
 
 def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> Bodies:
-    """Place a vehicle; position (F, 3), attitude (F, 4), bend (F, sections, 2)."""
+    """Place a vehicle; position (F, 3), attitude (F, 4), bend (F, bends)."""
     if not vehicle.arms:
         return _alone(vehicle, position, attitude)
     body = of_quaternion(attitude)[:, None]
@@ -101,7 +109,7 @@ def bodies(vehicle: Vehicle, position: Array, attitude: Array, bend: Array) -> B
         thick = [radius_of(section) for section in arm.section]
         lengths.append(np.full(SEGMENTS, total / SEGMENTS))
         radii.append(np.maximum(np.take(thick, inside), _THINNEST * total))
-        turned = np.linalg.norm(own, axis=-1) * [section.length for section in arm.section]
+        turned = np.stack([angle_of(*each) for each in sections_of(arm, own)], axis=-1)
         angles.append(turned[:, inside])
         largest.append(turned.max(axis=1))
     return Bodies(

@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from continuair.flight.live import Simulation
-from continuair.vehicle.arc import bend_vectors
 from continuair.viewer.bodies import bodies
 from continuair.viewer.camera import Aim
 from continuair.viewer.player import Clock
@@ -37,7 +36,7 @@ def present(simulation: Simulation) -> Scene:
     """Return the scene of a simulation's present, of one frame."""
     vehicle, time, state = simulation.vehicle, simulation.time, simulation.state
     layout = vehicle.layout
-    bend = bend_vectors(state[None, layout.bend])
+    bend = state[None, layout.bend]
     placed = bodies(vehicle, state[None, layout.position], state[None, layout.attitude], bend)
     aim = None
     if simulation.scenario.targets:
