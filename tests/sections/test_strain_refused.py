@@ -19,6 +19,9 @@ USE_IT = {
     "modes",
     "linearize",
     "backbone",
+    "flight_controller",
+    "hold",
+    "rigid_inertia",
 }
 """Functions that sections of any kind can be given to."""
 

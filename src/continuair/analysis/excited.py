@@ -13,6 +13,7 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from continuair.controllers.inertias import bend_inertia
+from continuair.sections import of_coordinates
 from continuair.typing import Array
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
@@ -124,16 +125,9 @@ def _of_chain(vehicle: Vehicle) -> ExcitedArm:
 def _lowest_mode(vehicle: Vehicle, places: range) -> tuple[float, float]:
     """Return frequency [rad/s] and damping ratio of the lowest clamped mode of some sections."""
     layout = vehicle.layout
-    all_sections = [section for arm in vehicle.arms for section in arm.section]
     of_arm = np.concatenate([np.arange(layout.bends)[layout.of_section[k]] for k in places])
-    stiffness, damping = (
-        np.diag(
-            layout.per_coordinate([getattr(each, name) * each.length for each in all_sections])[
-                of_arm
-            ]
-        )
-        for name in ("bending_stiffness", "structural_damping")
-    )
+    stiffness = np.diag(of_coordinates(vehicle, "stiffness")[0, of_arm])
+    damping = np.diag(of_coordinates(vehicle, "damping")[0, of_arm])
     squares, shapes = eigh(stiffness, bend_inertia(vehicle)[np.ix_(of_arm, of_arm)])
     frequency, shape = float(np.sqrt(squares[0])), shapes[:, 0]
     return frequency, float(shape @ damping @ shape) / (2.0 * frequency)

@@ -101,7 +101,7 @@ def coupling(vehicle: Vehicle) -> Array:
     It is the largest eigenvalue of M_aa⁻¹ M_au M_uu⁻¹ M_ua: 0 for a base that cannot move, below 1.
     ω_f is that of the plane in which it is higher.
     """
-    straight = np.zeros((1, 8))
+    straight = np.zeros((1, vehicle.layout.coordinates))
     free, clamped = (
         fastest_frequency(Engine(vehicle, model), straight) for model in ("coupled", "independent")
     )

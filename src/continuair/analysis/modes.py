@@ -15,7 +15,7 @@ from continuair.analysis.vibration import Vibration, real_shapes, vibration
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import bend_compliance
 from continuair.flight.holding import holding
-from continuair.sections import kind_of
+from continuair.sections import of_coordinates
 from continuair.typing import Array, ArrayLike, Model
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
@@ -155,5 +155,4 @@ def _attitude(at: Array) -> Rotation:
 
 def _dampings(vehicle: Vehicle) -> Array:
     """Return the damping (bends,) of each bend: generalised force per bend rate."""
-    parts = [(kind_of(part), part) for arm in vehicle.arms for part in arm.section]
-    return np.concatenate([kind.damping(part, 1)[0] for kind, part in parts])
+    return of_coordinates(vehicle, "damping")[0]

@@ -13,7 +13,7 @@ from continuair.engine.engine import Engine
 from continuair.errors import InputError
 from continuair.flight.holding import holding
 from continuair.flight.rotors import still
-from continuair.sections import kind_of
+from continuair.sections import of_coordinates
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.bending import check_bend, largest_bends
 from continuair.vehicle.coordinates import bends_of, polar_of_bends
@@ -117,11 +117,10 @@ def _free_bend(vehicle: Vehicle, needed: Callable[[Array], Array]) -> Array:
 
     needed: returns the bend moments (n, bends) [N m²] that hold bends (n, bends).
     """
-    parts = [(kind_of(part), part) for arm in vehicle.arms for part in arm.section]
-    if not parts:
+    if not vehicle.arms:
         return np.zeros(0)
     # Divided by the root of the stiffness, moments and bends are those of springs of stiffness 1.
-    unit = np.sqrt(np.concatenate([kind.stiffness(part, 1)[0] for kind, part in parts]))
+    unit = np.sqrt(of_coordinates(vehicle, "stiffness")[0])
     largest, owner = largest_bends(vehicle)
     first = np.unique(owner, return_index=True)[1]
     found = balance(lambda x: needed(x / unit) / unit, largest * unit[first], owner)

@@ -34,7 +34,7 @@ def carried(vehicle: Vehicle, rate: float) -> Carried:
     The moments are M_bu M_uu⁻¹ times the wrench, M of the straight vehicle: those that the bends'
     inertia needs when the wrench moves it as a rigid body. Raises InputError.
     """
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     return Carried(*_carrying(vehicle), checks.positive("bend_rate", rate, " [rad/s]"))
 
 

@@ -122,7 +122,7 @@ class Design:
         """Return the value of every field of the law's gains except its noise."""
         ratio, share = self.shape
         k_p, k_v, k_i = position_gains(bandwidths["position"], ratio, share)
-        free = self.vehicle.layout.per_coordinate(bandwidths["bend"]) == 0.0
+        servos = self.vehicle.layout.per_coordinate(bandwidths["bend"])
         limits = {name: np.asarray(value) for name, value in self.limits.items()}
         return {
             "period": np.array(self.period),
@@ -132,13 +132,13 @@ class Design:
             "velocity": np.full(3, k_v),
             "integral": np.full(3, k_i),
             **attitude_gains(bandwidths["attitude"], bandwidths["yaw"], ratio),
-            **bend_gains(self.hover, bandwidths["bend"], bend_damping, self.period),
+            **bend_gains(self.hover, servos, bend_damping, self.period),
             "speed": limits["speed"],
             "tilt": np.tan(limits["tilt"]),
             "least_thrust": limits["thrust"][0],
             "most_thrust": limits["thrust"][1],
             "most_moment": limits["moment"],
-            "bend_limit": np.where(free, 0.0, limits["bend_moment"]),
+            "bend_limit": np.where(servos == 0.0, 0.0, limits["bend_moment"]),
             "bend_speed": np.full(self.vehicle.layout.bends, limits["bend_speed"]),
             "bend_washout": per_period(bandwidths["attitude"], self.period),
         }

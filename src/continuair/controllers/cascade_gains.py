@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from continuair.controllers.hover import Hover
-from continuair.vehicle.arc import COORDINATES
 
 Array = np.ndarray
 
@@ -47,10 +46,9 @@ def bend_gains(
 ) -> dict[str, Array | float]:
     """Return gains of the bends' references and servos.
 
-    rates (sections,): of the references [1/s]; damping_ratio: of the bends about their references.
+    rates (bends,): of the references [1/s]; damping_ratio: of the bends about their references.
     A section whose rate is 0 gets no moment.
     """
-    rates = np.repeat(rates, COORDINATES)
     held = rates > 0.0
     M = hover.free_bends
     own = hover.stiffness / np.diag(M)

@@ -14,7 +14,7 @@ from continuair.controllers.controller import Controller
 from continuair.controllers.definite import definite_code
 from continuair.controllers.inertias import camera_inertia
 from continuair.kernels.sensing.sense import LawCode
-from continuair.vehicle.vehicle import Vehicle, check_arcs
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
 def classic(
@@ -43,7 +43,7 @@ def classic(
     InputError
         If `vehicle` is a batch, or a rate is not positive.
     """
-    check_arcs(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     settings = {
         "rate": checks.positive("rate", rate),
         "inner": checks.positive("inner", inner),

@@ -149,7 +149,7 @@ def flight_controller(
     The delay margin is searched up to ``max(0.25 s, 1.5 * latency)``; larger margins are reported
     as that limit.
     """
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     checks.choice("feedforward", feedforward, FEEDFORWARD)
     period = 1.0 / checks.positive("rate", rate, " [Hz]")
     if rate > _FASTEST:

@@ -13,7 +13,7 @@ from continuair.controllers.inertias import camera_inertia, camera_inertia_of
 from continuair.equations.camera import interaction_matrix
 from continuair.errors import InputError, shown
 from continuair.typing import ArrayLike
-from continuair.vehicle.vehicle import Vehicle, check_arcs
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 GAINS = ("constant", "current")
 """Designed for the desired image, or recomputed for the current image."""
@@ -103,7 +103,7 @@ def design(
     L⁺; image noise then moves the camera most along directions that the image hardly determines.
     Current gains use s_1 of the desired image too, since pixel noise is the same anywhere.
     """
-    check_arcs(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     # NumPy's powers of a number may be infinite, which is refused below; Python's raise.
     ω = np.float64(checks.positive("bandwidth", bandwidth))
     ζ = checks.positive("damping_ratio", damping_ratio)

@@ -19,6 +19,7 @@ from continuair.controllers.inertias import bend_inertia, rigid_inertia
 from continuair.device.types import room
 from continuair.errors import InputError, shown
 from continuair.kernels.sensing.sense import LawCode, gains_of
+from continuair.sections import of_coordinates
 from continuair.typing import ArrayLike
 from continuair.vehicle.bending import check_bend
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
@@ -76,7 +77,7 @@ def hold(
     InputError
         If a value is out of range, or the limits cannot carry the weight or the bend.
     """
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     sections = [section for arm in vehicle.arms for section in arm.section]
     straight = np.zeros(vehicle.layout.bends)
     turn = checks.vector("attitude", attitude, 4)
@@ -99,13 +100,12 @@ def hold(
             f"is {shown(bend)}, but bend_rate {shown(bend_rate)} leaves sections of it free",
             "give a rate above 0 [rad/s], or zeros for these",
         )
-    stiffness = [each.bending_stiffness * each.length for each in sections]
     plant = {
         "mass": vehicle.mass,
         "inertia": rigid_inertia(vehicle)[3:, 3:],
         # Moments for the other sections do not act on a free one.
         "bend_inertia": np.where(per_coordinate(held)[:, None], bend_inertia(vehicle), 0.0),
-        "stiffness": per_coordinate(np.where(held, stiffness, 0.0)),
+        "stiffness": np.where(per_coordinate(held), of_coordinates(vehicle, "stiffness")[0], 0.0),
     }
     gains = {name: np.asarray(value) for name, value in (settings | plant).items()}
     gains["bend_rate"] = per_coordinate(np.broadcast_to(settings["bend_rate"], len(sections)))

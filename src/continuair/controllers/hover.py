@@ -7,10 +7,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from continuair.controllers.inertias import held_inertia
-from continuair.equations.kinematics import skew, unbounded
-from continuair.equations.masses import mass_times_height
-from continuair.vehicle.arc import bend_vectors
+from continuair.equations.kinematics import skew
+from continuair.equations.level import level_height, level_inertia
+from continuair.sections import of_coordinates
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -26,9 +25,6 @@ _SMALL_TURN = 1e-3
 _MOST_TRIES, _AT_REST, _LONGEST_STEP = 60, 1e-5, 0.3
 """Of the search for rest: steps, and the bend times length [rad] of the step that is left there,
 and of any step at most."""
-
-_STRAIGHT = 1e-6
-"""Bend times length [rad] of a section that is not bent, which polar coordinates cannot be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,19 +67,15 @@ class Hover:
 def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = None) -> Hover:
     """Return the linear system of a vehicle of one run.
 
-    Its arms are held at bends (2 per section) [1/m], straight by default.
+    Its arms are held at bends, the coordinates of all sections, straight by default.
     """
     held = np.zeros(vehicle.layout.bends) if bend is None else np.array(bend)
-    M = held_inertia(vehicle, bend_vectors(held))
+    M = level_inertia(vehicle, held)
     n, mass = len(M) - 6, float(M[0, 0])
     off = -M[:3, 3:6]
     H = np.array([off[2, 1], off[0, 2], off[1, 0]])
-    sections = [each for arm in vehicle.arms for each in arm.section]
-    stiffness = _stiffness(vehicle)
-    damping = vehicle.layout.per_coordinate(
-        [each.structural_damping * each.length for each in sections]
-    )
-    weight = gravity * _height_slopes(unbounded(vehicle), held)
+    stiffness, damping = (of_coordinates(vehicle, name)[0] for name in ("stiffness", "damping"))
+    weight = gravity * _height_slopes(vehicle, held)
     K = np.zeros((6 + n, 6 + n))
     # A bend moves the centre of mass by F b, on which the thrust turns the vehicle.
     K[3:6, 6:] = -gravity * skew(_UP) @ M[:3, 6:]
@@ -114,16 +106,16 @@ def _sideways(vehicle: Vehicle) -> Array:
 
 
 def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
-    """Return bends (2 per section) [1/m] at which free sections rest under their weight.
+    """Return bends (bends,) at which free sections rest under their weight.
 
     The others are held straight. All are straight if no stable equilibrium is found.
     """
-    level, stiffness = unbounded(vehicle), _stiffness(vehicle)
-    lengths, moving = _lengths(vehicle), vehicle.layout.per_coordinate(free)
+    stiffness, moving = of_coordinates(vehicle, "stiffness")[0], vehicle.layout.per_coordinate(free)
+    lengths = 1.0 / of_coordinates(vehicle, "natural")[0]
     bend = np.zeros(len(lengths))
     for _ in range(_MOST_TRIES if free.any() else 0):
-        pull = stiffness * bend + gravity * _height_slope(level, bend)
-        stiff = np.diag(stiffness) + gravity * _height_slopes(level, bend)
+        pull = stiffness * bend + gravity * _height_slope(vehicle, bend)
+        stiff = np.diag(stiffness) + gravity * _height_slopes(vehicle, bend)
         curvatures, axes = np.linalg.eigh(stiff[np.ix_(moving, moving)])
         # Downhill where the weight overcomes the stiffness, too.
         along = axes.T @ pull[moving] / np.maximum(np.abs(curvatures), 1e-9 * stiffness.max())
@@ -137,50 +129,19 @@ def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
     return (0.0,) * len(bend)
 
 
-def _lengths(vehicle: Vehicle) -> Array:
-    """Return the length of the section of each bend coordinate [m]."""
-    return vehicle.layout.per_coordinate(
-        [each.length for arm in vehicle.arms for each in arm.section]
-    )
+def _height_slope(vehicle: Vehicle, bend: Array) -> Array:
+    """Return the first derivatives (bends,) of Σ m z by the coordinates, at bends (bends,)."""
+    steps = np.diag(_SMALL_TURN * of_coordinates(vehicle, "natural")[0])
+    above, below = np.split(level_height(vehicle, np.vstack([bend + steps, bend - steps])), 2)
+    return np.asarray((above - below) / (2.0 * np.diag(steps)))
 
 
-def _stiffness(vehicle: Vehicle) -> Array:
-    """Return the stiffness of each bend coordinate [N m³]."""
-    sections = (each for arm in vehicle.arms for each in arm.section)
-    return vehicle.layout.per_coordinate(
-        [each.bending_stiffness * each.length for each in sections]
-    )
-
-
-def _height(level: Vehicle, bend: Array) -> float:
-    """Return Σ m z of the level vehicle at bends (bends,)."""
-    pairs = bend_vectors(bend)
-    kappa = np.maximum(np.hypot(*pairs.T), _STRAIGHT / bend_vectors(_lengths(level))[:, 0])
-    polar = np.column_stack([kappa, np.arctan2(pairs[:, 1], pairs[:, 0])])
-    return float(mass_times_height(level, np.concatenate([np.zeros(6), polar.ravel()])))
-
-
-def _height_slope(level: Vehicle, bend: Array) -> Array:
-    """Return the first derivatives (bends,) of Σ m z by the bend vectors, at bends (bends,)."""
-    steps = np.diag(_SMALL_TURN / _lengths(level))
-    both = [_height(level, bend + each) - _height(level, bend - each) for each in steps]
-    return np.array(both) / (2.0 * np.diag(steps))
-
-
-def _height_slopes(level: Vehicle, bend: Array) -> Array:
-    """Return second derivatives (bends, bends) of Σ m z by the bend vectors, at bends (bends,)."""
-    lengths = _lengths(level)
-    n = len(lengths)
-
-    def height(b: Array) -> float:
-        return _height(level, b)
-
-    steps = np.diag(_TURN / lengths)
-    found = np.empty((n, n))
-    for i in range(n):
-        for j in range(i, n):
-            one, two = steps[i], steps[j]
-            both = height(bend + one + two) + height(bend - one - two)
-            both -= height(bend + one - two) + height(bend + two - one)
-            found[i, j] = found[j, i] = both / (4.0 * one[i] * two[j])
-    return found
+def _height_slopes(vehicle: Vehicle, bend: Array) -> Array:
+    """Return second derivatives (bends, bends) of Σ m z by the coordinates, at bends (bends,)."""
+    steps = np.diag(_TURN * of_coordinates(vehicle, "natural")[0])
+    one, two = steps[:, None], steps[None]
+    corners = np.stack([one + two, -one - two, one - two, two - one])
+    height = level_height(vehicle, bend + corners)
+    sizes = np.diag(steps)
+    twice = height[0] + height[1] - height[2] - height[3]
+    return np.asarray(twice / (4.0 * np.outer(sizes, sizes)))

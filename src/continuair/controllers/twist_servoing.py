@@ -25,7 +25,8 @@ from continuair.controllers.flight import FlightChoices, cascade_parts, flight_c
 from continuair.device.types import device_types
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.sense import LawCode
-from continuair.vehicle.vehicle import Vehicle, check_arcs
+from continuair.sections import of_coordinates
+from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 
 def twist_servoing(
@@ -71,21 +72,21 @@ def twist_servoing(
     whatever their bandwidth. The law uses no position measurement, so its noise has no effect.
     `simulate` raises InputError for a scenario with set-points.
     """
-    check_arcs(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     rate, ahead, share = (
         checks.positive("servo", servo, " [1/s]"),
         checks.flag("feed_forward", feed_forward),
         checks.number("conditioning", conditioning, least=0.0),
     )
     flight = flight_controller(vehicle, speed=speed, **choices)
-    lengths = np.array([each.length for arm in vehicle.arms for each in arm.section])
+    natural = of_coordinates(vehicle, "natural")[0]
     moved = flight.settings["bend_bandwidth"] > 0.0
     gains = {
         "servo": np.array(rate),
         "feed_forward": np.array(float(ahead)),
         "conditioning": np.array(share),
         # A bend counts by the angle at its section's end.
-        "bend_weight": np.repeat(np.where(moved, lengths**-2.0, 0.0), 2),
+        "bend_weight": np.where(vehicle.layout.per_coordinate(moved), natural**2, 0.0),
     }
     return replace(
         flight,

@@ -18,6 +18,9 @@ from continuair.vehicle.strain import Orders
 PIECES = 64
 """Pieces of a section between points that are asked for, whose error is some 1e-9 of its length."""
 
+CONSTANT_PIECES = 8
+"""Pieces of a section whose strain is constant: their exponentials are exact, up to 1 rad each."""
+
 _GAUSS = np.sqrt(3.0) / 6.0
 """Distance of the two Gauss nodes from the middle of a piece, over its length."""
 
@@ -51,7 +54,7 @@ def strain_of(orders: Orders, coordinates: ArrayLike, share: float) -> tuple[Arr
 
 
 def rod_curve(
-    orders: Orders, length: float, coordinates: ArrayLike, s: ArrayLike, pieces: int = PIECES
+    orders: Orders, length: float, coordinates: ArrayLike, s: ArrayLike, pieces: int | None = None
 ) -> tuple[Array, Array]:
     """Return points and frames along a section.
 
@@ -65,8 +68,8 @@ def rod_curve(
         Coordinates of the section [1/m; stretch and shear: -].
     s : array_like (m,)
         Ascending arc lengths from the base [m].
-    pieces : int, default PIECES
-        Number of pieces per length.
+    pieces : int, optional
+        Number of pieces per length. Default: PIECES, or CONSTANT_PIECES for a constant strain.
 
     Returns
     -------
@@ -80,6 +83,8 @@ def rod_curve(
     frames = np.empty((*points.shape, 3), q.dtype)
     point, frame = np.zeros(points.shape[:-2] + (3,), q.dtype), np.zeros(points.shape[:-2] + (3, 3))
     frame[..., :, :] = np.eye(3)
+    if pieces is None:
+        pieces = PIECES if max(orders.counts) > 1 else CONSTANT_PIECES
     at = 0.0
     for index, end in enumerate(wanted):
         count = int(np.ceil(pieces * (end - at) / length))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.sections import kind_of
+from continuair.sections import of_coordinates
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL
@@ -92,12 +92,8 @@ def _largest_of_pencil(squares: Array, share: Array) -> Array:
 def _of_bends(engine: Engine) -> tuple[Array, Array]:
     """Return stiffness and damping of each coordinate (runs, bends), of a bend [N m³, N m³ s]."""
     runs = len(engine.plants)
-    parts = [(kind_of(part), part) for arm in engine.vehicle.arms for part in arm.section]
-    if not parts:
-        return np.zeros((runs, 0)), np.zeros((runs, 0))
-    stiffness = np.hstack([kind.stiffness(part, runs) for kind, part in parts])
-    damping = np.hstack([kind.damping(part, runs) for kind, part in parts])
-    return stiffness, damping
+    stiffness = of_coordinates(engine.vehicle, "stiffness", runs)
+    return stiffness, of_coordinates(engine.vehicle, "damping", runs)
 
 
 def _symmetric(compliance: Array, stiffness: Array) -> Array:

@@ -1,9 +1,15 @@
 """Kinds of sections, one file or package each, in a table by name."""
 
+from typing import Literal
+
+import numpy as np
+
 from continuair.sections.arc import Arc
 from continuair.sections.kind import SectionCode, SectionKind
 from continuair.sections.strain import StrainField
+from continuair.typing import Array
 from continuair.vehicle.section import Section
+from continuair.vehicle.vehicle import Vehicle
 
 KINDS: dict[str, type[SectionKind]] = {kind.name: kind for kind in (Arc, StrainField)}
 
@@ -24,6 +30,30 @@ def kind_of(section: Section) -> SectionKind:
     return KINDS[section.kind].of(section)
 
 
+def of_coordinates(
+    vehicle: Vehicle, what: Literal["stiffness", "damping", "natural", "units"], runs: int = 1
+) -> Array:
+    """Return numbers of the coordinates of all sections, as the kinds of sections give them.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle, or a batch.
+    what : {"stiffness", "damping", "natural", "units"}
+        Name of the method of `SectionKind`.
+    runs : int, default 1
+        Number of runs.
+
+    Returns
+    -------
+    ndarray, shape (runs, bends)
+        The numbers, arm by arm and section by section.
+    """
+    parts = [part for arm in vehicle.arms for part in arm.section]
+    each = [getattr(kind_of(part), what)(part, runs) for part in parts]
+    return np.hstack([np.zeros((runs, 0)), *each])
+
+
 def arcs(*sections: int) -> tuple[tuple[SectionKind, ...], ...]:
     """Return the kinds of the sections of arms that consist of arcs.
 
@@ -40,4 +70,13 @@ def arcs(*sections: int) -> tuple[tuple[SectionKind, ...], ...]:
     return tuple((Arc(),) * count for count in sections)
 
 
-__all__ = ["KINDS", "Arc", "SectionCode", "SectionKind", "StrainField", "arcs", "kind_of"]
+__all__ = [
+    "KINDS",
+    "Arc",
+    "SectionCode",
+    "SectionKind",
+    "StrainField",
+    "arcs",
+    "kind_of",
+    "of_coordinates",
+]

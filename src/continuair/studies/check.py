@@ -6,6 +6,7 @@ from math import pi
 
 import numpy as np
 
+from continuair.analysis.backbone import angle_of, parts, sections_of
 from continuair.analysis.beam import curvature_error
 from continuair.analysis.excited import excited_arm, name_of_excited_arm
 from continuair.analysis.groups import GRAVITY, place
@@ -15,7 +16,8 @@ from continuair.engine.engine import Engine
 from continuair.errors import InputError
 from continuair.flight.frequencies import fastest_rate
 from continuair.flight.rotors import hovering_thrusts, lag_rate
-from continuair.vehicle.arc import polar_of
+from continuair.vehicle.bending import evenly_bent
+from continuair.vehicle.coordinates import bends_of
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.vehicle import Vehicle
 
@@ -63,7 +65,7 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
         *_angles(vehicle, rest),
         *_of_rotors(vehicle),
         *_of_rates(vehicle),
-        *([] if vehicle.has_arm_list else _beside_a_beam(vehicle)),
+        *(_beside_a_beam(vehicle) if vehicle.is_one_arc else []),
     ]
 
 
@@ -99,8 +101,9 @@ def _of_sections(vehicle: Vehicle) -> Lines:
 def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:
     if rest is None:
         return [("angles at rest", "none: no balance below a full circle")]
-    lengths = [section.length for arm in vehicle.arms for section in arm.section]
-    angles = [kappa * length for kappa, length in zip(polar_of(rest.q)[0], lengths, strict=True)]
+    bends = bends_of(rest.q, vehicle.layout)
+    own = [each for arm, bend in parts(vehicle, bends) for each in sections_of(arm, bend)]
+    angles = [float(angle_of(section, bend)) for section, bend in own]
     return [("angles at rest", ", ".join(f"{angle:.3g}" for angle in angles) + " rad")]
 
 
@@ -122,15 +125,14 @@ def _of_rotors(vehicle: Vehicle) -> Lines:
     rotors, arm = vehicle.uav.rotors, excited_arm(vehicle)
     if rotors is None:
         return []
-    q = np.zeros((1 + _SIDES, vehicle.layout.coordinates))
-    kappa, psi = polar_of(q)
-    kappa[1:, arm.places] = BENT / arm.length
-    psi[1:, arm.places] = 2.0 * pi / _SIDES * np.arange(_SIDES)[:, None]
+    sides = 2.0 * pi / _SIDES * np.arange(_SIDES)
+    bent = evenly_bent(vehicle, arm.places, float(BENT / arm.length), sides)
+    q = np.vstack([np.zeros((1, vehicle.layout.coordinates)), bent])
     thrusts, aside = hovering_thrusts(Engine(vehicle, "decoupled"), q, GRAVITY)
-    bent = f"{name_of_excited_arm(vehicle)} bent by {BENT:g} rad"
+    by = f"{name_of_excited_arm(vehicle)} bent by {BENT:g} rad"
     return [
         ("rotors' margin, arm straight", _left(thrusts[:1], aside[:1], rotors)),
-        (f"rotors' margin, {bent}", _left(thrusts[1:], aside[1:], rotors)),
+        (f"rotors' margin, {by}", _left(thrusts[1:], aside[1:], rotors)),
     ]
 
 

@@ -34,8 +34,8 @@ from continuair.flight.rotors import still
 from continuair.scenario.excitations import Shared, Swelling, Wave, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_loops import hover_loop
-from continuair.vehicle.arc import bend_vectors, polar_of
-from continuair.vehicle.layout import OF_NAME, Layout
+from continuair.vehicle.bending import constant_bends, evenly_bent
+from continuair.vehicle.layout import OF_NAME
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -147,16 +147,11 @@ def standard_scenario(
     """
     excitation = EXCITATIONS[checks.choice("excitation", name, EXCITATIONS)]
     controller = loop if isinstance(loop, Controller) else hover_loop(vehicle, loop, bandwidth)
-    arm, layout = excited_arm(vehicle), vehicle.layout
+    arm = excited_arm(vehicle)
     load = excitation.moderate if load is None else load
     clamped = np.asarray(arm.frequency)
     duration = float(periods * 2.0 * np.pi / np.min(clamped))
-    shape = np.broadcast_shapes(np.shape(bend), np.shape(arm.length))
-    q = np.zeros((*shape, layout.coordinates))
-    kappa, psi = polar_of(q)
-    for section in arm.places:
-        kappa[..., section] = np.asarray(bend) / arm.length
-        psi[..., section] = BEND_DIRECTION
+    q = evenly_bent(vehicle, arm.places, np.asarray(bend) / arm.length, BEND_DIRECTION)
     inputs: dict[str, Any] = still(vehicle)
     if excitation.on is not None and excitation.amplitude is not None:
         amplitude = np.asarray(excitation.amplitude(vehicle, arm, load, frequency, gravity))
@@ -164,7 +159,7 @@ def standard_scenario(
         inputs, channel = held_hover(vehicle, q, gravity), excitation.on[0]
         if controller is not None:
             inputs = {"bend_moment": inputs["bend_moment"]}
-        wave: Any = _wave(excitation.on, arm, layout, amplitude, hertz, duration)
+        wave: Any = _wave(excitation.on, arm, vehicle, amplitude, hertz, duration)
         wave = Swelling(wave, swell * duration) if swell else wave
         inputs[channel] = plus(wave, inputs.get(channel))
     elif name == "fall":
@@ -179,7 +174,7 @@ def standard_scenario(
 def _wave(
     on: tuple[str, int],
     arm: ExcitedArm,
-    layout: Layout,
+    vehicle: Vehicle,
     amplitude: Array,
     hertz: Array,
     last: float,
@@ -189,12 +184,14 @@ def _wave(
     Forces and moments are along the axes of the arm's mount.
     """
     channel, component = OF_NAME[on[0]], on[1]
-    place = {"vehicle": 0, "arm": arm.index, "section": arm.places.start}[channel.per]
-    width = channel.width(layout)
-    component += place * len(channel.axes)
+    width = channel.width(vehicle.layout)
+    if channel.per == "section":
+        component = int(constant_bends(vehicle)[arm.places.start, component])
+    else:
+        component += {"vehicle": 0, "arm": arm.index}[channel.per] * len(channel.axes)
     wave = Wave(width, component, amplitude, hertz, hertz, 0.0, last)
     if channel.per == "section":
-        return _shared(wave, arm) if len(arm.places) > 1 else wave
+        return _shared(wave, arm, vehicle) if len(arm.places) > 1 else wave
     return wave if _is_level(arm) else _turned(wave, arm, on[1])
 
 
@@ -211,11 +208,12 @@ def _turned(wave: Wave, arm: ExcitedArm, axis: int) -> Shared:
     return _spread(wave, shares)
 
 
-def _shared(wave: Wave, arm: ExcitedArm) -> Shared:
+def _shared(wave: Wave, arm: ExcitedArm, vehicle: Vehicle) -> Shared:
     """Return a wave on the first section of an arm, shared so that its further ones bend alike."""
     shares = np.zeros((*arm.moments.shape[:-1], wave.width))
     for place, section in enumerate(arm.places):
-        bend_vectors(shares)[..., section, 0] = arm.moments[..., place] / arm.moments[..., 0]
+        along_x = constant_bends(vehicle)[section, 0]
+        shares[..., along_x] = arm.moments[..., place] / arm.moments[..., 0]
     return _spread(wave, shares)
 
 

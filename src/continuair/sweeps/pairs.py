@@ -147,6 +147,7 @@ def run_pairs(
         stacklevel=3,
         method=method,
         tolerance=tolerance,
+        strain=True,
     )
     found = _fly(flight, names, _checked_settle(settle, flight), check)
     if check:
@@ -195,6 +196,7 @@ def check_pairs(
         threads=1,
         method=method,
         tolerance=tolerance_for(method, rtol),
+        strain=True,
     )
     _checked_settle(settle, flight)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from continuair.errors import InputError, shown
-from continuair.typing import Array
+from continuair.typing import Array, ArrayLike
 from continuair.vehicle.vehicle import Vehicle
 
 DIFFERENCE = 2e-3
@@ -43,6 +45,36 @@ def largest_bends(vehicle: Vehicle) -> tuple[Array, NDArray[np.intp]]:
             turning = section.orders.turning
             largest += [circle] * turning + [_STRAINED] * (section.coordinates - turning)
     return np.array(largest), np.array(owner, int)
+
+
+def constant_bends(vehicle: Vehicle) -> NDArray[np.intp]:
+    """Return the coordinates of the constant bend of each section, along x and y, (sections, 2)."""
+    sections = [part for arm in vehicle.arms for part in arm.section]
+    firsts = [where.start for where in vehicle.layout.of_section]
+    # Coefficients of a component follow one another.
+    return np.array(
+        [[first, first + part.orders.counts[0]]
+         for first, part in zip(firsts, sections, strict=True)], int,
+    ).reshape(-1, 2)  # fmt: skip
+
+
+def evenly_bent(
+    vehicle: Vehicle, sections: Iterable[int], kappa: ArrayLike, direction: ArrayLike
+) -> Array:
+    """Return level paper coordinates (..., coordinates) with some sections evenly bent.
+
+    kappa, direction: the bend [1/m] and its direction [rad] of these sections, alike.
+    """
+    kappa, direction = np.broadcast_arrays(kappa, direction)
+    q = np.zeros((*kappa.shape, vehicle.layout.coordinates))
+    bends, pairs = q[..., vehicle.layout.polar], constant_bends(vehicle)
+    for section in sections:
+        x, y = pairs[section]
+        if section in vehicle.layout.strains:
+            bends[..., x], bends[..., y] = kappa * np.cos(direction), kappa * np.sin(direction)
+        else:
+            bends[..., x], bends[..., y] = kappa, direction
+    return q
 
 
 def check_bend(name: str, value: object, bends: Array, vehicle: Vehicle) -> None:

@@ -113,7 +113,19 @@ class Vehicle(Part):
                 f"is {self.camera.arm!r}, but no arm has that name",
                 nearest(self.camera.arm, names),
             )
+        self._check_camera()
         return self
+
+    def _check_camera(self) -> None:
+        """Raise InputError for a tip frame that spins with a bend the arm of the camera has not."""
+        if self.camera.tip_frame != "frenet" or not self.arms:
+            return
+        if not all(section.polar for section in self.arms[self.camera_arm].section):
+            raise InputError(
+                "camera.tip_frame",
+                "is 'frenet', which spins with a bend that is the same along a section",
+                "give 'untwisted'",
+            )
 
     def _check_mount(self) -> None:
         if self.arms and self.has_arm_list and np.any(self.uav.mount):
@@ -193,6 +205,11 @@ class Vehicle(Part):
         widths = tuple(tuple(part.coordinates for part in arm.section) for arm in self.arms)
         parts = enumerate(part for arm in self.arms for part in arm.section)
         return Layout(widths, strains=tuple(n for n, part in parts if not part.polar))
+
+    @property
+    def is_one_arc(self) -> bool:
+        """Return whether the arm is the section of an [arm] table, of constant curvature."""
+        return not self.has_arm_list and not self.layout.strains
 
     @property
     def camera_arm(self) -> int:
@@ -276,6 +293,7 @@ class Vehicle(Part):
             )
         self._check_kinds(changes)
         found = replacing.replace(self, changes, implied(self, changes))
+        found._check_camera()
         found._check_mount()
         found._check_lift()
         return found

@@ -54,6 +54,7 @@ def compile_all(vehicle: Vehicle, loop: Loop) -> None:
         sample=scenario.duration,
         method="Tsit5",
         tolerance=Tolerance(DEFAULT_TOLERANCE),
+        strain=True,
     )
     # Those without one coupling share one kernel.
     compile_models(flight, (REFERENCE, *SIMPLER, next(iter(WITHOUT))))

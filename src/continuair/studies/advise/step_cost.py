@@ -33,6 +33,7 @@ def step_cost(vehicle: Vehicle, loop: Loop = NO_LOOP) -> dict[str, float]:
         threads=1,
         method="Tsit5",
         tolerance=tolerance,
+        strain=True,
     )
     part, steps, flights = whole(flight), {}, {}
     for model in (REFERENCE, *SIMPLER):

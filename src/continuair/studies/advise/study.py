@@ -121,7 +121,7 @@ def advise(
     slowest motion is, is known only of a `flight_controller`: of others no frequency is tried below
     0.05 of the arm's clamped one, and whether errors settle is told by flights of twice the length.
     """
-    check_has_arms(check_single_vehicle(vehicle))
+    check_has_arms(check_single_vehicle(vehicle, strain=True))
     chosen, arm = chosen_tasks(tasks), excited_arm(vehicle)
     check_own(controller, chosen, loop, bandwidth, gains)
     holds = controller is not None and not controller.looks
@@ -165,7 +165,7 @@ def advise(
         "tracking": tracked,
         "tracking_notes": told if tracked else [],
         "step_over_coupled": cost,
-        "curvature_error": {} if vehicle.has_arm_list else curvature_error(vehicle),
+        "curvature_error": curvature_error(vehicle) if vehicle.is_one_arc else {},
     }
     found = {task: {m: verdict(results, task, m) for m in SIMPLER} for task in chosen}
     sentence = "; ".join(f"{task}: {of['decoupled']['text']}" for task, of in found.items())
@@ -196,7 +196,7 @@ def _growth(vehicle: Vehicle, controller: Controller | None) -> float | None:
 
 def varied(vehicle: Vehicle) -> str:
     """Return a sentence on the excited arm of a vehicle with [[arm]]; empty for one with [arm]."""
-    if not vehicle.has_arm_list:
+    if vehicle.is_one_arc:
         return ""
     found = excited_arm(vehicle)
     arm = vehicle.arms[found.index]
