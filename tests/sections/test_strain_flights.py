@@ -1,5 +1,8 @@
 """Flights, equilibria and modes of arms whose strain varies along them."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
@@ -7,11 +10,20 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.equations.strain import rod_curve
+from continuair.figures import plot
+from continuair.interfaces.csv_table import to_csv
+from continuair.interfaces.gltf import to_gltf
+from continuair.interfaces.mcap_log import to_mcap
 from continuair.vehicle.strain import Orders
+from continuair.viewer.scene import scene
+from tests.refusals import refused
 from tests.sections.strains import flying, rod
 
 LINEAR = flying(rod(bending=1))
 FALL = ca.Scenario("fall", [0, 0, 1, 0.1, 0, 0, 1.0, 0.3, 0.2, 0.1], duration=0.2)
+DAMPED = flying(rod(bending=1, damping_ratio=0.1))
+STRETCHING = flying(rod(bending=1, stretch=0, damping_ratio=0.05))
+STRETCHED = ca.Scenario("stretched", [0, 0, 1, 0, 0, 0, 1.0, 0, 0, 0, 1e-5], duration=0.3)
 SIDEWAYS = Rotation.from_euler("y", -90, degrees=True).as_quat().tolist()
 
 
@@ -46,7 +58,7 @@ def elastica(load: float) -> float:
         slopes, lambda a, b: np.array([a[0], b[1], a[2]]), np.linspace(0.0, 1.0, 200),
         np.zeros((3, 200)), tol=1e-10, max_nodes=100_000,
     )  # fmt: skip
-    return -float(found.y[2, -1])
+    return abs(float(found.y[2, -1]))
 
 
 @pytest.mark.parametrize(
@@ -80,3 +92,66 @@ def test_a_simulation_takes_the_steps_of_a_flight() -> None:
     simulation.step()
     strain = simulation.state[LINEAR.layout.bend]
     np.testing.assert_allclose(strain, flight.strain[-1], rtol=0, atol=1e-12)
+
+
+def test_stretch_needs_the_implicit_method() -> None:
+    with refused("method"):
+        ca.simulate(STRETCHING, STRETCHED)
+    with refused("method"):
+        ca.run_pairs(STRETCHING, STRETCHED)
+
+
+@pytest.mark.long
+def test_stretch_is_integrated_with_the_second_order() -> None:
+    options: dict[str, Any] = {"method": "implicit", "sample": 0.1, "variables": ["strain"]}
+    ends = [
+        ca.simulate(STRETCHING, STRETCHED, step=step, **options).strain[-1].to_numpy()
+        for step in (4e-3, 2e-3, 1e-3)
+    ]
+    first, second = (np.linalg.norm(np.diff(ends, axis=0)[i]) for i in (0, 1))
+    assert np.log2(first / second) == pytest.approx(2.0, abs=0.3)
+
+
+@pytest.mark.long
+def test_a_controller_holds_place_and_arm() -> None:
+    start = [0.3, 0, 1, 0, 0, 0, 0.5, 0, 0, 0]
+    law = ca.flight_controller(DAMPED)
+    wanted = ca.Setpoints(position=[0, 0, 1])
+    scenario = ca.Scenario("hover", start, duration=4.0, controller=law, setpoints=wanted)
+    flight = ca.simulate(DAMPED, scenario, check=True)
+    assert float(flight.error_estimate) < 1e-6
+    np.testing.assert_allclose(flight.position[-1], [0, 0, 1], atol=0.01)
+    np.testing.assert_allclose(flight.strain[-1], start[6:], atol=1e-3)
+
+
+@pytest.mark.long
+def test_a_camera_on_the_tip_reaches_its_image() -> None:
+    law = ca.servoing(**ca.design(DAMPED, 3.0, conditioning=0.0))
+    start = [0, 0, 3, 0, 0, 0, 0.3, 0, -0.2, 0]
+    target = ca.Target(ca.paths.hold((0.1, -0.05, 0.3)), distance=2.0)
+    scenario = ca.Scenario("seeing", start, duration=12.0, controller=law, target=target)
+    flight = ca.simulate(DAMPED, scenario, sample=0.1, variables=["feature_error"])
+    assert float(abs(flight.feature_error[0]).max()) > 50.0
+    assert float(abs(flight.feature_error[-1]).max()) < 1.0
+
+
+@pytest.mark.long
+def test_advice_is_given_for_a_strain_that_varies() -> None:
+    """Without damping of the base, a soft arm is decoupled for slow motion alone."""
+    found = ca.advise(DAMPED, ["hover"])
+    limit = found["excitations"]["bend"]["models"]["decoupled"]["limit_hz"]
+    assert 0.1 < limit < found["clamped_hz"]
+
+
+def test_a_flight_is_drawn_and_exported(tmp_path: Path) -> None:
+    options: dict[str, Any] = {"rtol": 1e-9, "duration": 0.1, "sample": 0.01}
+    flight = ca.simulate(LINEAR, FALL, **options)
+    seen = scene(flight, LINEAR)
+    tips = flight.tip_position.isel(arm=0)
+    np.testing.assert_allclose(seen.bodies.lines[0][:, -1], tips, atol=1e-6)
+    for name, write in (("a.csv", to_csv), ("a.glb", to_gltf), ("a.mcap", to_mcap)):
+        write(flight, str(tmp_path / name))
+    header, first, *_ = (tmp_path / "a.csv").read_text().splitlines()
+    columns = dict(zip(header.split(","), first.split(","), strict=True))
+    assert float(columns["strain_0.0.bend_x_1 [1/m or 1]"]) == np.asarray(FALL.q)[7]
+    assert len(plot.snapshots(flight, [0.0, 0.1]).axes) == 1

@@ -58,7 +58,13 @@ def attribution(
         )
     tolerance = Tolerance(_RTOL)
     flight = prepare(
-        vehicle, scenario, sample=sample, method="Tsit5", tolerance=tolerance, stacklevel=3
+        vehicle,
+        scenario,
+        sample=sample,
+        method="Tsit5",
+        tolerance=tolerance,
+        strain=True,
+        stacklevel=3,
     )
     models = {coupling: f"without {coupling}" for coupling in COUPLINGS}
     models["decoupled"] = "decoupled"

@@ -112,7 +112,7 @@ def _bending(vehicle: Vehicle, at: Array, free: bool, gravity: float) -> tuple[V
     n = len(A) // 2
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
     damping = bend_compliance(Engine(vehicle, model), at)[0] * _dampings(vehicle)
-    found = vibration(-A[rate, bend], damping, n - 6, at)
+    found = vibration(-A[rate, bend], damping, _first(vehicle), at)
     if not free:
         return found, found.shapes
     # The base follows the bend: its accelerations per acceleration of the bend.
@@ -132,7 +132,7 @@ def _hovering(vehicle: Vehicle, at: Array, gravity: float) -> tuple[Vibration, A
     adrift, resisted = _split(_attitude(at), n)
     K = -A[n:, :n] @ resisted
     D = B[n:, layout.bend_moment] * _dampings(vehicle) @ resisted[6:]
-    found = vibration(resisted.T @ K, resisted.T @ D, n - 6, at)
+    found = vibration(resisted.T @ K, resisted.T @ D, _first(vehicle), at)
     drifts = adrift.T @ (K @ found.shapes / found.roots**2 + D @ found.shapes / found.roots)
     return found, resisted @ found.shapes - adrift @ drifts
 
@@ -151,6 +151,16 @@ def _split(attitude: Rotation, n: int) -> tuple[Array, Array]:
 def _attitude(at: Array) -> Rotation:
     """Return the base's attitude at paper coordinates."""
     return Rotation.from_euler("ZYX", at[[5, 4, 3]])
+
+
+def _first(vehicle: Vehicle) -> Array:
+    """Return numbers (bends,) that sort equal modes: along x first, and of the first sections."""
+    bends = vehicle.layout.bends
+    sections = enumerate(part for arm in vehicle.arms for part in arm.section)
+    return np.array([
+        (2.0 if component == 0 else 1.0) - index / bends
+        for index, part in sections for component, _ in part.orders.coordinates
+    ])  # fmt: skip
 
 
 def _dampings(vehicle: Vehicle) -> Array:

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.linalg import eig
 
 from continuair.errors import InputError, shown
-from continuair.vehicle.arc import bend_vectors
 
 _EQUAL = 1e-6
 """Relative difference below which roots are equal."""
@@ -32,12 +31,15 @@ class Vibration(NamedTuple):
     shapes: np.ndarray
 
 
-def vibration(stiffness: np.ndarray, damping: np.ndarray, bends: int, at: np.ndarray) -> Vibration:
+def vibration(
+    stiffness: np.ndarray, damping: np.ndarray, first: np.ndarray, at: np.ndarray
+) -> Vibration:
     """Return the vibration of motions q (n,) with q'' = -D q' - K q, the last of which are the
     bends.
 
     stiffness, damping: K and D (n, n) [1/s², 1/s]. Neither is symmetric in a hover, where the
-    constant moment that holds an off-centre arm has no potential. at: the configuration, for error
+    constant moment that holds an off-centre arm has no potential. first: of equal modes, that with
+    most of the largest of these numbers (bends,) comes first. at: the configuration, for error
     messages. Raises InputError if it buckles, topples or flutters undamped.
     """
     squares, undamped = _undamped(stiffness, at)
@@ -50,7 +52,7 @@ def vibration(stiffness: np.ndarray, damping: np.ndarray, bends: int, at: np.nda
     shapes = np.empty(undamped.shape, complex)
     for alike in _alike(roots):
         space = undamped @ _motions(roots[alike].mean(), len(alike), frequency, slowed)
-        shapes[:, alike] = _apart(np.linalg.qr(space)[0], bends)
+        shapes[:, alike] = _apart(np.linalg.qr(space)[0], first)
     return Vibration(frequencies, ratios, roots, shapes)
 
 
@@ -144,16 +146,13 @@ def _nothing_left(of: np.ndarray, count: int) -> np.ndarray:
     return np.asarray(np.linalg.svd(of)[2][-count:].conj().T)
 
 
-def _apart(space: np.ndarray, bends: int) -> np.ndarray:
-    """Return a reproducible basis of equal modes (n, k): most along x, and of the first sections,
-    first.
+def _apart(space: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Return a reproducible basis of equal modes (n, k), in the order of `first` (bends,).
 
     A solver leaves the choice to rounding.
     """
-    later = np.arange(len(bend_vectors(np.zeros(bends)))) / bends
-    most = np.stack([2.0 - later, 1.0 - later], axis=1).ravel()
-    bend = space[-bends:]
-    return np.asarray(space @ np.linalg.eigh(-bend.conj().T @ (most[:, None] * bend))[1])
+    bend = space[-len(first) :]
+    return np.asarray(space @ np.linalg.eigh(-bend.conj().T @ (first[:, None] * bend))[1])
 
 
 def _check_vibrates(squares: np.ndarray, at: np.ndarray) -> None:

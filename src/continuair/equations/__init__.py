@@ -50,25 +50,34 @@ from continuair.equations.kinematics import (
 )
 from continuair.equations.masses import mass_matrix, slices, weight_vector
 from continuair.equations.regular import accelerations
+from continuair.equations.rods import rod_accelerations
 from continuair.equations.servoing import kinematic_servoing, rigid_motion
+from continuair.equations.strain import rod_curve, strain_of
 from continuair.equations.turns import euler_angles
 
 __all__ = [
     "MASKS",
     "accelerations",
     "appendix_b",
+    "arc_jacobian",
+    "arc_position",
+    "arc_rotation",
     "arm_jacobian",
     "arm_position",
     "camera_jacobian",
     "camera_pose",
+    "check_without_drag",
     "columns_of",
     "coriolis_matrix",
     "damping_vector",
     "elastic_vector",
+    "euler_angles",
     "euler_rate_matrix",
+    "facing",
     "forward_dynamics",
     "gravity_vector",
     "image_jacobian",
+    "in_view",
     "integrated_coupling",
     "interaction_matrix",
     "jacobian",
@@ -82,19 +91,15 @@ __all__ = [
     "printed_image_jacobian",
     "project",
     "rigid_motion",
+    "rod_accelerations",
+    "rod_curve",
     "rotation",
     "section_rotation",
-    "tip_of",
-    "weight_vector",
-    "facing",
-    "in_view",
-    "to_normalised",
-    "to_pixels",
     "skew",
     "slices",
-    "check_without_drag",
-    "arc_jacobian",
-    "arc_position",
-    "arc_rotation",
-    "euler_angles",
+    "strain_of",
+    "tip_of",
+    "to_normalised",
+    "to_pixels",
+    "weight_vector",
 ]

@@ -227,7 +227,7 @@ def kinetic_energy(
     but ψ̇a is not adapted: the energy differs near straight. Set kappa_s = 0 to switch Remark 1
     off.
     """
-    M = _mask(mask, len(q)) * mass_matrix(vehicle, q, nodes)
+    M = masked(mask, len(q)) * mass_matrix(vehicle, q, nodes)
     return float(0.5 * np.asarray(qd) @ M @ qd)
 
 
@@ -322,7 +322,7 @@ def forward_dynamics(
     """
     check_without_drag(vehicle)
     arms, n = len(vehicle.arms), vehicle.layout.coordinates
-    kept = _mask(mask, n)
+    kept = masked(mask, n)
     q, qd = of_shape("q", q, (n,)), of_shape("qd", qd, (n,))
     tau = of_shape("tau", tau, (n,), or_zero=True)
     F = tip_wrench_sign * of_shape("tip_wrench", tip_wrench, (6 * arms,), or_zero=True)
@@ -388,7 +388,8 @@ def _mass_slopes(vehicle: Vehicle, q: Array, nodes: int) -> Array:
     return slopes
 
 
-def _mask(mask: Mask, n: int) -> Array:
+def masked(mask: Mask, n: int) -> Array:
+    """Return the factors (n, n) of M and C of a mask, or raise InputError."""
     if isinstance(mask, str):
         named = masks(n)
         if mask not in named:

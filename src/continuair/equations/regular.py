@@ -132,14 +132,20 @@ def _polar_forces(q: Array, bend_moment: Array) -> Array:
 
 def _regular_rates(q: Array, qd: Array, qdd: Array) -> tuple[Array, Array, Array]:
     """Return v̇ of B in world axes, ω̇ in body axes, and k̈ of the bend vectors (N, 2)."""
-    T_rate = euler_rate_matrix(q + 1j * _COMPLEX_STEP * qd).imag / _COMPLEX_STEP
-    # The rate of ω is the same vector seen from body and world, as ω × ω is 0.
-    ω_rate = rotation(q).T @ (euler_rate_matrix(q) @ qdd[3:6] + T_rate @ qd[3:6])
+    ω_rate = spin_rate(q, qd, qdd)
     along, across = _directions(q)
     (κ, _), (κ_d, ψ_d), (κ_dd, ψ_dd) = polar_of(q), polar_of(qd), polar_of(qdd)
     radial = κ_dd - κ * ψ_d**2
     circular = κ * ψ_dd + 2.0 * κ_d * ψ_d
     return qdd[:3], ω_rate, radial[:, None] * along + circular[:, None] * across
+
+
+def spin_rate(q: Array, qd: Array, qdd: Array) -> Array:
+    """Return ω̇ (3,) in body axes, from the paper's coordinates and their first two derivatives."""
+    T_rate = euler_rate_matrix(q + 1j * _COMPLEX_STEP * qd).imag / _COMPLEX_STEP
+    # The rate of ω is the same vector seen from body and world, as ω × ω is 0.
+    turned = euler_rate_matrix(q) @ qdd[3:6] + T_rate @ qd[3:6]
+    return np.asarray(rotation(q).T @ turned)
 
 
 def _directions(q: Array) -> tuple[Array, Array]:

@@ -40,9 +40,9 @@ def strain_of(orders: Orders, coordinates: ArrayLike, share: float) -> tuple[Arr
     Returns
     -------
     turning : array (..., 3)
-        κ [1/m]; a bend (b_x, b_y) turns by (b_y, -b_x, 0) per length, a twist τ by -τ about z.
+        Turning κ [1/m]: (b_y, -b_x, 0) of a bend (b_x, b_y), and -τ about z of a twist τ.
     advance : array (..., 3)
-        ε [-]; (0, 0, -1) without stretch and shear.
+        Advance ε [-]: (0, 0, -1) without stretch and shear.
     """
     q = np.asarray(coordinates)
     values = np.zeros((6, *q.shape[:-1]), q.dtype)

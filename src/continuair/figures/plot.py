@@ -79,10 +79,11 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
 
     vehicle: by default that of the result's attributes.
     """
-    _flights(flight, "bend")
+    moving = "strain" if isinstance(flight, xr.Dataset) and "strain" in flight else "bend"
+    _flights(flight, moving)
     flown = vehicle_of(flight) if vehicle is None else vehicle
     flight = in_order(over_time(flight), flown)
-    flights = _flights(flight, "bend")
+    flights = _flights(flight, moving)
     at = _instants(flight, times)
     # The coupled model is in front, and the legend in the order of all figures.
     models = sorted(flights, key=list(style.MODELS).index, reverse=True)

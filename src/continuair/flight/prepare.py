@@ -76,6 +76,8 @@ def prepare(
         checks.whole("threads", threads, 1)
     if method in INTEGRATORS and INTEGRATORS[method].stiff:
         _check_not_stiff(vehicle)
+    else:
+        _check_no_stretch(vehicle, method)
     coupled = _engine(vehicle, device, threads, method)
     check_fits(scenario, coupled.layout)
     check_air_and_rotors(vehicle, scenario, coupled.layout)
@@ -201,6 +203,18 @@ def _check_not_stiff(vehicle: Vehicle) -> None:
                 "method",
                 f"is 'implicit', which has no derivatives of the term {name_of(term)}",
                 "use 'RK4', or declare stiff = False in its class",
+            )
+
+
+def _check_no_stretch(vehicle: Vehicle, method: str) -> None:
+    """Raise InputError for stretch or shear, whose fast modes explicit methods would follow."""
+    for section in (part for arm in vehicle.arms for part in arm.section):
+        if section.orders.stretch is not None or section.orders.shear is not None:
+            raise InputError(
+                "method",
+                f"is {shown(method)}, but section {section.name} stretches or shears, too fast "
+                "for explicit steps",
+                "give method='implicit' and a step, or leave stretch and shear out",
             )
 
 

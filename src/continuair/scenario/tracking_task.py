@@ -21,7 +21,7 @@ from continuair.scenario.letters import LETTERS
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.targets import Target
 from continuair.typing import ArrayLike
-from continuair.vehicle.arc import bend_vectors
+from continuair.vehicle.bending import evenly_bent
 from continuair.vehicle.vehicle import Vehicle
 
 LETTER_HEIGHT = 0.8
@@ -264,10 +264,9 @@ def task(
         if not vehicle.arms:
             continue
         first = sum(vehicle.shape[: vehicle.camera_arm])
-        bends = bend_vectors(row[vehicle.layout.polar])[
-            first : first + vehicle.shape[vehicle.camera_arm]
-        ]
-        bends[:] = START_BEND, along_x(vehicle, row[3:6])
+        sections = range(first, first + vehicle.shape[vehicle.camera_arm])
+        bent = evenly_bent(vehicle, sections, START_BEND, along_x(vehicle, row[3:6]))
+        row[vehicle.layout.polar] = bent[vehicle.layout.polar]
     return Scenario(
         f"tracking {''.join(letters)}",
         q,

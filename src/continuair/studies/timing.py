@@ -98,6 +98,6 @@ def flight_alone(
         Everything is prepared beforehand, and nothing is logged.
     """
     options: dict[str, Any] = {"method": method, "step": step, "threads": 1}
-    flight = prepare(vehicle, scenario, sample=scenario.duration, **options)
+    flight = prepare(vehicle, scenario, sample=scenario.duration, strain=True, **options)
     engine, cohort = flight.engine(model), next(flight.cohorts())
     return lambda: np.asarray(cohort.fly(engine, among=flight.runs).status)

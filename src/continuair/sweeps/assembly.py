@@ -24,7 +24,7 @@ from continuair.sweeps.design import Design
 from continuair.sweeps.tables import TABLES, TargetTable, changed
 from continuair.typing import Array
 from continuair.vehicle.layout import COORDINATES
-from continuair.vehicle.vehicle import Vehicle
+from continuair.vehicle.vehicle import Vehicle, check_arcs
 
 _SHARED = {
     "scenario.test", "scenario.f1", "scenario.excitation", "scenario.on", "scenario.duration",
@@ -139,6 +139,7 @@ def _scenario(
     vehicle: Vehicle, fields: dict[str, Any], state: dict[str, Any], **rest: Any
 ) -> Scenario:
     """Return a scenario in which all sections start with the same bend."""
+    check_arcs(vehicle)
     names = COORDINATES[:6] + COORDINATES[6:] * vehicle.sections
     q = np.stack(np.broadcast_arrays(*(state[name] for name in names)), axis=-1)
     rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in names))

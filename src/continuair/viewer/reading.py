@@ -18,7 +18,7 @@ from continuair.vehicle.vehicle import Vehicle
 _OF_MODELS = ("coupled", "decoupled")
 """The model that is shown where a file has several, and the one beside it."""
 
-_INSIDE = ("time", "section", "bend_axis", "axis")
+_INSIDE = ("time", "section", "bend_axis", "strain_coordinate", "axis")
 """Dimensions of the bend of one flight."""
 
 
@@ -101,7 +101,7 @@ def _in_folder(contents: Contents, before: str) -> Iterator[Recorded]:
 def _in_file(path: Path, name: str) -> Iterator[Recorded]:
     with opened(path) as file:
         armed = any(vehicle.arms for vehicle in vehicles_of(file))
-        moving = "bend" if armed else "position"
+        moving = ("strain" if "strain" in file else "bend") if armed else "position"
         if moving not in file or "time" not in file[moving].dims:
             raise _NoFlight(
                 "result",
