@@ -45,6 +45,7 @@ def test_a_bent_vehicle_moves_with_the_energy_that_its_inertia_gives(name: str) 
     assert energy == pytest.approx(float(start["kinetic_energy"][0]), rel=1e-12)
 
 
+@pytest.mark.long
 def test_an_arm_whose_strain_varies_moves_with_the_energy_that_its_inertia_gives() -> None:
     vehicle, random = flying(rod(bending=1, nodes=12)), np.random.default_rng(7)
     q, qd = np.zeros((2, 10))

@@ -86,6 +86,7 @@ def test_clamped_modes_are_those_of_the_clamped_rod() -> None:
     assert found[:2] == pytest.approx(2 * [section.clamped_frequency], rel=1e-6)
 
 
+@pytest.mark.long
 def test_a_simulation_takes_the_steps_of_a_flight() -> None:
     flight = ca.simulate(LINEAR, FALL, method="RK4", step=1e-3, duration=0.01, sample=0.01)
     simulation = ca.Simulation(LINEAR, FALL, step=1e-3, control_period=0.01)
