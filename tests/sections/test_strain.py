@@ -1,5 +1,6 @@
 """Sections whose strain varies: against Newton's laws, arcs, beam theory and limits."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import continuair as ca
 from continuair import equations as eq
 from continuair.sections.strain.nodes import gathered, gauss, integration
 from continuair.vehicle.section import Section
+from continuair.vehicle.vehicle_file import as_toml
 from tests.sections.newton import Flyer, Rod, needed_forces
 from tests.sections.strains import MOUNT, UAV, flying, rod
 
@@ -74,6 +76,12 @@ def drawn(vehicle: ca.Vehicle, seed: int) -> dict[str, Any]:
         "tip_wrench": 0.1 * draw.normal(size=(1, 6)),
         "strain_force": 0.01 * draw.normal(size=n),
     }
+
+
+def test_a_file_holds_a_strain(tmp_path: Path) -> None:
+    vehicle = flying(*ARMS["arc and strain"])
+    (tmp_path / "vehicle.toml").write_text(as_toml(vehicle))
+    assert ca.load_vehicle(tmp_path / "vehicle.toml") == vehicle
 
 
 @pytest.mark.parametrize(

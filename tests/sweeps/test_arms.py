@@ -7,7 +7,9 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.vehicle.vehicle_file import as_toml
 from tests.refusals import refused
+from tests.sections.strains import flying, rod
 
 TWO = ca.load_vehicle("two_section")
 
@@ -108,3 +110,25 @@ def test_a_closed_loop_of_a_sweep_starts_before_its_target_and_follows_it(
     assert not found["status"].any()
     # It starts 0.1 m off, some 50 px.
     assert (found["rms_px"].sel(model="coupled") < 1.0).all()
+
+
+@pytest.mark.long
+def test_a_sweep_flies_arms_whose_strain_varies(tmp_path: Path) -> None:
+    vehicle = flying(rod(bending=1))
+    (tmp_path / "rod.toml").write_text(as_toml(vehicle))
+    design = xr.Dataset(
+        {"scenario.kappa_rate": ("rate", [0.0, 2.0])},
+        attrs={
+            "vehicle": str(tmp_path / "rod.toml"),
+            "scenario": {"kappa": 1.0, "psi_a": 0.5, "psi_a_rate": 3.0, "duration": 0.1, "z": 5.0},
+        },
+    )
+    found = ca.sweep(design, tmp_path / "store.zarr").sel(model="decoupled")
+    sine, cosine = np.sin(0.5), np.cos(0.5)
+    for place, rate in enumerate((0.0, 2.0)):
+        q, qd = np.zeros((2, 10))
+        q[2], q[[6, 8]] = 5.0, [cosine, sine]
+        qd[[6, 8]] = rate * cosine - 3.0 * sine, rate * sine + 3.0 * cosine
+        alone = ca.run_pairs(vehicle, ca.Scenario("one", q, qd, duration=0.1))
+        expected = float(alone["rmse_t_m"].sel(model="decoupled").squeeze())
+        assert float(found["rmse_t_m"].isel(rate=place)) == pytest.approx(expected, rel=1e-6)

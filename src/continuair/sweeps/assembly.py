@@ -23,8 +23,9 @@ from continuair.scenario.tracking_task import START_OFFSET
 from continuair.sweeps.design import Design
 from continuair.sweeps.tables import TABLES, TargetTable, changed
 from continuair.typing import Array
+from continuair.vehicle.bending import evenly_moving
 from continuair.vehicle.layout import COORDINATES
-from continuair.vehicle.vehicle import Vehicle, check_arcs
+from continuair.vehicle.vehicle import Vehicle
 
 _SHARED = {
     "scenario.test", "scenario.f1", "scenario.excitation", "scenario.on", "scenario.duration",
@@ -139,14 +140,12 @@ def _scenario(
     vehicle: Vehicle, fields: dict[str, Any], state: dict[str, Any], **rest: Any
 ) -> Scenario:
     """Return a scenario in which all sections start with the same bend."""
-    check_arcs(vehicle)
-    names = COORDINATES[:6] + COORDINATES[6:] * vehicle.sections
-    q = np.stack(np.broadcast_arrays(*(state[name] for name in names)), axis=-1)
-    rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in names))
-    qd = np.stack(rates, axis=-1)
+    found = np.broadcast_arrays(*(state[name] for name in COORDINATES))
+    rates = np.broadcast_arrays(*(fields[f"{name}_rate"] for name in COORDINATES))
+    q, qd = evenly_moving(vehicle, found, rates)
     if q.ndim != qd.ndim:
         runs = max(len(np.atleast_2d(q)), len(np.atleast_2d(qd)))
-        q, qd = (np.broadcast_to(rows, (runs, len(names))) for rows in (q, qd))
+        q, qd = (np.broadcast_to(rows, (runs, rows.shape[-1])) for rows in (q, qd))
     options = {"duration": fields["duration"], "gravity": fields["gravity"]}
     return Scenario("sweep", q, qd, **options, **rest)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,6 +75,29 @@ def evenly_bent(
         else:
             bends[..., x], bends[..., y] = kappa, direction
     return q
+
+
+def evenly_moving(
+    vehicle: Vehicle, state: Sequence[Array], rates: Sequence[Array]
+) -> tuple[Array, Array]:
+    """Return paper coordinates and rates (..., coordinates) with all sections bent alike.
+
+    state, rates: x y z φ θ ψ κ ψa and their rates, each (...), as of one section.
+    """
+    if vehicle.layout.strains:
+        # Their rates hang on the bend, too.
+        both = np.broadcast_arrays(*state, *rates)
+        state, rates = both[: len(state)], both[len(state) :]
+    (*base, kappa, psi), (*moved, kappa_d, psi_d) = state, rates
+    everywhere = range(vehicle.sections)
+    q = evenly_bent(vehicle, everywhere, kappa, psi)
+    qd = evenly_bent(vehicle, everywhere, kappa_d, psi_d)
+    for section in vehicle.layout.strains:
+        x, y = vehicle.layout.polar.start + constant_bends(vehicle)[section]
+        qd[..., x] = kappa_d * np.cos(psi) - kappa * psi_d * np.sin(psi)
+        qd[..., y] = kappa_d * np.sin(psi) + kappa * psi_d * np.cos(psi)
+    q[..., :6], qd[..., :6] = np.stack(base, axis=-1), np.stack(moved, axis=-1)
+    return q, qd
 
 
 def check_bend(name: str, value: object, bends: Array, vehicle: Vehicle) -> None:

@@ -126,7 +126,17 @@ def _is_ours(path: Path) -> bool:
 
 
 def _table(heading: str, fields: dict[str, Any]) -> list[str]:
-    # JSON writes numbers, text and lists as TOML does; an absent field has no TOML form.
+    return ["", heading, *_rows(fields)]
+
+
+def _rows(fields: dict[str, Any]) -> list[str]:
+    """Return a line for each field; an absent one has no TOML form."""
     given = {name: value for name, value in fields.items() if value not in (None, "")}
-    rows = [f"{name} = {json.dumps(value)}" for name, value in given.items()]
-    return ["", heading, *rows]
+    return [f"{name} = {_value(value)}" for name, value in given.items()]
+
+
+def _value(value: Any) -> str:
+    """Return a value in TOML, which writes numbers, text and lists as JSON does."""
+    if isinstance(value, dict):
+        return f"{{ {', '.join(_rows(value))} }}"
+    return json.dumps(value)
