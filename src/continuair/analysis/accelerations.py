@@ -181,7 +181,7 @@ def accelerations(
     """
     gravity = _checked(vehicle, model, gravity, dtype, device)
     layout = vehicle.layout
-    arcs, per_arm = layout.arcs, (layout.arms, 6)
+    arcs, per_arm = not layout.strains, (layout.arms, 6)
     per_section = bend_vectors(np.zeros(layout.bends)).shape if arcs else (layout.bends,)
     of_arcs = {"bend": bend, "bend_rate": bend_rate, "bend_moment": bend_moment}
     of_strain = {"strain": strain, "strain_rate": strain_rate, "strain_force": strain_force}
