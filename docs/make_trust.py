@@ -21,7 +21,15 @@ ROOT = Path(__file__).parent.parent
 FIGURE = "images/trust.png"
 ENGINES = ("continuair", "warp-lang", "numpy", "scipy", "sympy", "mujoco", "soromox", "jax")
 ENGINES += ("pyelastica", "machinevision-toolbox-python")
-ORDER = ("soromox", "mujoco_statics", "mujoco_flight", "pyelastica", "scipy", "sympy")
+ORDER = (
+    "soromox",
+    "soromox_strain",
+    "mujoco_statics",
+    "mujoco_flight",
+    "pyelastica",
+    "scipy",
+    "sympy",
+)
 ORDER += ("visp", "machinevision")
 
 HEAD = """# Which claims were compared with other engines?

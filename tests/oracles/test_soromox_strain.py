@@ -33,7 +33,7 @@ from tests.oracles.soromox_hub import (  # noqa: E402
     SOURCE,
 )
 
-STATES, NODES, COARSE = 5, 16, 40
+STATES, NODES, COARSE = 5, 16, 64
 LOCAL = Rotation.from_matrix([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
 ROWS = dict(zip(COMPONENTS, ((1, -1.0), (2, 1.0), (0, 1.0), (3, 1.0), (5, 1.0), (4, 1.0)),
                 strict=True))  # fmt: skip
