@@ -1,5 +1,6 @@
 """Rotors and drag of a vehicle: layouts, allocation, files, batches, and what is refused."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -10,6 +11,7 @@ import continuair as ca
 from continuair.vehicle.allocation import LayoutName, pseudo_inverse
 from continuair.vehicle.rotors import AIR_DENSITY, Rotors
 from continuair.vehicle.vehicle_file import as_toml
+from tests import own_law
 from tests.refusals import refused
 
 SLENDER = ca.load_vehicle("slender")
@@ -273,3 +275,16 @@ def test_rotors_that_lean_by_little_share_a_lift_as_upright_ones_do(
     np.testing.assert_allclose(thrusts, shared, rtol=0, atol=1e-11)
     if inwards:
         np.testing.assert_allclose(thrusts, leaning(0.0).thrusts_for(wrench), rtol=0.01)
+
+
+def test_a_force_that_a_law_asks_for_across_the_thrust_is_told() -> None:
+    """A law that does not say what it needs may ask for a force that level rotors cannot give."""
+    vehicle = SLENDER.replace({"uav.rotors": GIVEN | {"layout": "quad_x"}})
+    gains = {"goal": np.zeros(3), "mass": float(SLENDER.mass), "inertia": np.full(3, 0.03)}
+    gains |= {"rate": 2.0, "turn_rate": 8.0}
+    law = ca.Controller("mine", own_law.law, gains, looks=False)
+    aside = ca.Scenario("aside", [0.5, 0, 0, 0, 0, 0, 1e-6, 0], duration=0.02, controller=law)
+    with pytest.warns(ca.ContinuairWarning, match="across the thrust"):
+        ca.simulate(vehicle, aside, sample=0.01)
+    with refused("controller"):
+        ca.simulate(vehicle, aside.replace(controller=replace(law, asks=6)), sample=0.01)

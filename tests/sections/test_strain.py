@@ -201,3 +201,15 @@ def test_accelerations_are_those_of_the_readable_equations(model: Any, mask: Any
     expected = eq.rod_accelerations(vehicle, **state, mask=mask)
     for one, other in zip(found, expected, strict=True):
         assert np.linalg.norm(one - other) < 2e-8 * max(1.0, float(np.linalg.norm(other)))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("count", "error"), [(0, 1e-6), (5, 1e-4)])
+def test_the_default_nodes_suffice_up_to_half_a_circle(count: int, error: float) -> None:
+    places = 0.5 * np.arange(1, count + 1) / max(count, 1)
+    disks = [{"position": s, "mass": 0.05, "inertia": [1e-5, 2e-5]} for s in places]
+    vehicle = flying(rod(bending=1, damping_ratio=0.1, disks=disks))
+    for strain in ([2.0, 0, 0, 0], [4.0, 1.0, 2.0, 0.5], [0, 5.0, 0, 5.0]):
+        found = ca.accelerations(vehicle, strain=strain)[2]
+        expected = eq.rod_accelerations(vehicle, strain=strain)[2]
+        assert np.linalg.norm(found - expected) < error * np.linalg.norm(expected)

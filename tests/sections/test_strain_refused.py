@@ -112,3 +112,39 @@ def test_coordinates_of_arcs_and_of_strains_are_not_mixed_up() -> None:
         ca.accelerations(LINEAR, bend=[[1.0, 0.0]])
     with refused("strain_rate"):
         ca.accelerations(ca.load_vehicle("paper"), strain_rate=[1.0, 0.0])
+
+
+@pytest.mark.parametrize("name", ["strain.bending", "nodes"])
+def test_what_gives_a_section_its_coordinates_is_the_same_in_all_runs(name: str) -> None:
+    with refused(f"arm.0.section.0.{name}"):
+        LINEAR.replace({f"arm.0.section.0.{name}": [6, 7]})
+
+
+@pytest.mark.parametrize("bend", [[12.0, 12.0, 0.0, 0.0], [6.0, 6.0, 2.0, 2.0]])
+def test_a_strain_beyond_a_full_circle_is_refused(bend: list[float]) -> None:
+    at = np.concatenate([np.zeros(6), bend])
+    for field, call in (
+        ("bend", lambda: ca.trim(LINEAR, bend=bend)),
+        ("bend", lambda: ca.hold(LINEAR, [0, 0, 1], bend=bend)),
+        ("q", lambda: ca.linearize(LINEAR, at)),
+        ("q", lambda: ca.modes(LINEAR, at)),
+    ):
+        with refused(field):
+            call()
+
+
+def test_a_callback_and_a_law_for_arcs_are_refused() -> None:
+    rest = ca.Scenario("rest", np.zeros(10))
+    with refused("scenario.force_callback"):
+        ca.simulate(LINEAR, rest.replace(force_callback=lambda t, state: ca.Wrench([0, 0, 1])))
+    law = ca.flight_controller(flying(rod()))
+    wanted = ca.Setpoints(bend=[0.5, 0.0, 0.0, 0.0])
+    with refused("controller"):
+        ca.simulate(LINEAR, rest.replace(controller=law, setpoints=wanted))
+
+
+def test_a_soft_upright_arm_tips_over_or_is_refused() -> None:
+    """Its equilibrium may be where the sums of its coefficients allow no more."""
+    soft = flying(rod(bending=1, youngs_modulus=1e7), attitude=[1.0, 0.0, 0.0, 0.0])
+    with refused("gravity"):
+        ca.trim(soft)

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair.equations.arc import arc_rotation
-from continuair.equations.strain import rod_curve
+from continuair.equations.strain import rod_curve, strain_of
 from continuair.equations.turns import of_quaternion
 from continuair.typing import Array
 from continuair.vehicle.arms import ArmChain
@@ -15,6 +15,9 @@ from continuair.vehicle.vehicle import Vehicle
 
 TIP = np.diag([1.0, -1.0, -1.0])
 """Axes of a tip frame, whose z points out of the arm, relative to those of its section's end."""
+
+_STRIPS = 32
+"""Strips of a section over which a bend that varies is summed."""
 
 HALF_TURN = (1.0, 0.0, 0.0, 0.0)
 """`TIP` as a quaternion x y z w."""
@@ -33,14 +36,17 @@ def sections_of(arm: ArmChain, bend: Array) -> list[tuple[Section, Array]]:
 
 
 def angle_of(section: Section, bend: Array) -> Array:
-    """Return the angle (...) [rad] between the ends of a section; of an arc κ l.
+    """Return the angle (...) [rad] by which a section bends from end to end, ∫ κ ds; of an arc κ l.
 
     bend: its coordinates (..., coordinates).
     """
     if section.polar:
         return np.asarray(np.linalg.norm(bend, axis=-1) * section.length)
-    _, frames = rod_curve(section.orders, section.length, bend, [section.length])
-    return np.asarray(np.arccos(np.clip(frames[..., 0, 2, 2], -1.0, 1.0)))
+    shares = (np.arange(_STRIPS) + 0.5) / _STRIPS
+    bends = [
+        np.linalg.norm(strain_of(section.orders, bend, x)[0][..., :2], axis=-1) for x in shares
+    ]
+    return np.asarray(np.mean(bends, axis=0) * section.length)
 
 
 def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:

@@ -64,7 +64,14 @@ def samples(flight: xr.Dataset, name: str, component: str) -> Array:
     -------
     ndarray, shape (..., time, component)
         The values.
+
+    Raises
+    ------
+    InputError
+        If the flight lacks the variable.
     """
+    if name not in flight:
+        raise InputError("flight", f"has no {name}", "give one of arcs, simulated with it")
     values: Array = flight[name].transpose(..., "time", component).to_numpy()
     return values
 

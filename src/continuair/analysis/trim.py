@@ -15,7 +15,7 @@ from continuair.flight.holding import holding
 from continuair.flight.rotors import still
 from continuair.sections import of_coordinates
 from continuair.typing import Array, ArrayLike
-from continuair.vehicle.bending import check_bend, largest_bends
+from continuair.vehicle.bending import bent_shares, check_bend, largest_bends
 from continuair.vehicle.coordinates import bends_of, polar_of_bends
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
@@ -121,9 +121,11 @@ def _free_bend(vehicle: Vehicle, needed: Callable[[Array], Array]) -> Array:
         return np.zeros(0)
     # Divided by the root of the stiffness, moments and bends are those of springs of stiffness 1.
     unit = np.sqrt(of_coordinates(vehicle, "stiffness")[0])
-    largest, owner = largest_bends(vehicle)
-    first = np.unique(owner, return_index=True)[1]
-    found = balance(lambda x: needed(x / unit) / unit, largest * unit[first], owner)
+    found = balance(
+        lambda x: needed(x / unit) / unit,
+        largest_bends(vehicle) * unit,
+        lambda x: bent_shares(vehicle, x / unit),
+    )
     if found is None:
         raise InputError(
             "gravity",

@@ -56,8 +56,9 @@ class Controller(Immutable):
         Whether the law follows set-points, or the target if `looks`; see kernels/sensing/guided.py.
     integral : float, default 0.0
         Rate at which the integrated image error adds to the error [1/s], for laws with `looks`.
-    asks : {4, 6}, default 4
+    asks : {4, 6}, optional
         Rank of the wrench that rotors must produce: 4 for thrust and moments, 6 for any force too.
+        Default: unknown; `simulate` warns where rotors cannot produce a force across their thrust.
     believes : Vehicle, optional
         Nominal model of the law. Default: the simulated vehicle; see `believing`.
     at_limits : callable, optional
@@ -86,7 +87,7 @@ class Controller(Immutable):
     latency: float = 0.0
     guided: bool = False
     integral: float = 0.0
-    asks: Literal[4, 6] = 4
+    asks: Literal[4, 6] | None = None
     believes: Vehicle | None = None
     at_limits: Callable[[Values, np.ndarray], dict[str, np.ndarray]] | None = None
     known: Callable[[Vehicle], Mapping[str, np.ndarray]] | None = None

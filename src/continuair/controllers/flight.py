@@ -206,6 +206,7 @@ def flight_controller(
         at_limits=_at_limits,
         known=_known,
         bandwidths=_bandwidths,
+        asks=4,
     )
 
 

@@ -102,7 +102,7 @@ def rod_accelerations(
     )  # fmt: skip
     R = of_quaternion(of_shape("attitude", attitude, (4,)))
     q = np.concatenate([np.zeros(3), euler_angles(R), b])
-    T = euler_rate_matrix(q)
+    T = euler_rate_matrix(q[:6])
     qd = np.concatenate([v, np.linalg.solve(T, R @ ω), b_rate])
     M = _mass_matrix(vehicle, q)
     slopes, G = _slopes(vehicle, q, gravity)
@@ -116,7 +116,7 @@ def rod_accelerations(
 
 def _mass_matrix(vehicle: Vehicle, q: Array) -> Array:
     """Return M for the rates of q."""
-    return _in_coordinates(level_inertia(vehicle, q[6:]), rotation(q), euler_rate_matrix(q))
+    return _in_coordinates(level_inertia(vehicle, q[6:]), rotation(q[:6]), euler_rate_matrix(q[:6]))
 
 
 def _in_coordinates(M: Array, R: Array, T: Array) -> Array:
@@ -136,7 +136,7 @@ def _slopes(vehicle: Vehicle, q: Array, gravity: float) -> tuple[Array, Array]:
             at = q.copy()
             at[k] += place * far[k]
             M = level_inertia(vehicle, at[6:])
-            R, T = rotation(at), euler_rate_matrix(at)
+            R, T = rotation(at[:6]), euler_rate_matrix(at[:6])
             slopes[k] += weight / far[k] * _in_coordinates(M, R, T)
             # The first moment of mass is in the block of M between velocity and turning.
             first = np.array([M[1, 5], M[2, 3], M[0, 4]])

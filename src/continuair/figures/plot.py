@@ -166,6 +166,8 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
     for name in names:
         if name not in flight:
             check_arms_flown("flight", flight)
+            if name == "bend" and "strain" in flight:
+                raise InputError("flight", "has no bend vectors", "plot its strain")
             raise InputError("flight", f"has no {name}", "simulate it with this variable")
         if "time" not in flight[name].dims:
             raise InputError("flight", "is one sample of a flight", "give one with some over time")

@@ -47,6 +47,12 @@ def _check_held(scenario: Scenario, layout: Layout, wanted: OverTime, runs: int)
     if law is None or given is None or given.bend is None or "bend_limit" not in law.gains:
         return
     free = np.atleast_2d(law.gains["bend_limit"]) == 0.0
+    if free.shape[1] != layout.bends:
+        raise InputError(
+            "controller",
+            f"{law.name} moves {free.shape[1]} coordinates, but the sections have {layout.bends}",
+            "make it for this vehicle",
+        )
     bends = _is_bent(layout, wanted, runs)
     ignored = np.argwhere(free & bends)
     if len(ignored):

@@ -23,6 +23,10 @@ def with_limited_command(names: tuple[str, ...], scenario: Scenario) -> tuple[st
     return (*names, "command") if limited else names
 
 
+_ASIDE, _ANY_FORCE = 0.01, 6
+"""Share of a force across the thrust that is told, and the rank of rotors that produce any."""
+
+
 class LimitWatch:
     """Reduction of a recorder: where commands of its runs are at the controller's limits.
 
@@ -68,6 +72,51 @@ def warn_of_limits(watched: LimitWatch | None, stacklevel: int) -> None:
     warn(
         f"controller {controller.name} reaches its limits{of}: {names} from t = {first:.3g} s, "
         f"at {100.0 * share:.3g} % of the samples; see command, or raise the limits.",
+        stacklevel=stacklevel,
+    )
+
+
+class SideForceWatch:
+    """Reduction of a recorder: the largest force that a controller asks for across the thrust.
+
+    largest: of any run and sample [N].
+    """
+
+    def __init__(self, recorder: Recorder) -> None:
+        self.flight = recorder.flight
+        self.largest = 0.0
+
+    def __call__(self, rows: Rows, runs: NDArray[np.intp], logs: Logs) -> None:
+        """Look at the commands of some runs."""
+        (command,) = values_of("command", logs, self.flight, runs)
+        (attitude,) = values_of("attitude", logs, self.flight, runs)
+        x, y, z, w = np.moveaxis(attitude, -1, 0)
+        up = np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)])
+        across = np.linalg.norm(np.cross(command[..., :3], np.moveaxis(up, 0, -1)), axis=-1)
+        least = _ASIDE * np.linalg.norm(command[..., :3], axis=-1)
+        self.largest = max(self.largest, float(np.where(across > least, across, 0.0).max()))
+
+
+def watch_side_forces(recorder: Recorder) -> SideForceWatch | None:
+    """Return what watches commands that rotors without side force follow, None for others."""
+    scenario, rotors = recorder.flight.scenario, recorder.flight.vehicle.uav.rotors
+    law = scenario.controller
+    if law is None or law.asks is not None or rotors is None or rotors.rank == _ANY_FORCE:
+        return None
+    watched = SideForceWatch(recorder)
+    recorder.reductions.append(watched)
+    return watched
+
+
+def warn_of_side_forces(watched: SideForceWatch | None, stacklevel: int) -> None:
+    """Warn, `stacklevel` frames up, of a force that the rotors did not produce."""
+    if watched is None or not watched.largest > 0.0:
+        return
+    law = watched.flight.scenario.controller
+    assert law is not None
+    warn(
+        f"controller {law.name} asks for up to {watched.largest:.3g} N across the thrust, which "
+        "these rotors cannot produce; tilt the vehicle instead, or declare asks=6.",
         stacklevel=stacklevel,
     )
 

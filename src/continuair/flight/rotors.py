@@ -68,7 +68,7 @@ def _check_start(highest: Array, thrust: Any) -> None:
 
 def _check_rank(rank: int, law: Any) -> None:
     """Raise InputError if a controller needs forces that the rotors cannot produce."""
-    if law is not None and rank < law.asks:
+    if law is not None and law.asks is not None and rank < law.asks:
         raise InputError(
             "controller",
             f"{law.name} needs a wrench of rank 6, but the rotors give rank {rank}",
@@ -139,8 +139,13 @@ def _hover(engine: Engine, scenario: Scenario, alone: bool) -> Array:
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
     level = np.atleast_2d(scenario.q).copy()
-    level[:, :6] = 0.0
+    # Forces of terms may depend on where the vehicle is, and which way it looks.
+    level[:, 3:5] = 0.0
     carrying = _carrying(engine, level, scenario.gravity)
+    if not np.isfinite(carrying).all():
+        raise InputError(
+            "scenario.q", "bends a section beyond a full circle", "start with a smaller bend"
+        )
     if alone:
         _check_level(rotors, carrying)
     thrusts = _against_wash(engine, level, scenario.gravity, carrying)
@@ -165,7 +170,13 @@ def _carrying(engine: Engine, rows: Array, gravity: float, thrusts: Array | None
     """Return thrusts (runs, rotors) [N] that hold a level vehicle, beside others and their wash."""
     rotors = engine.vehicle.uav.rotors
     assert rotors is not None
-    return rotors.thrusts_for(holding(engine, rows, gravity, thrusts=thrusts)[:, :6])
+    wrench = holding(engine, rows, gravity, thrusts=thrusts)[:, :6]
+    yaw = np.broadcast_to(rows[:, 5], len(wrench))
+    x, y = wrench[:, 0].copy(), wrench[:, 1].copy()
+    # The force is in world axes, and rotors push in those of the body.
+    wrench[:, 0] = np.cos(yaw) * x + np.sin(yaw) * y
+    wrench[:, 1] = np.cos(yaw) * y - np.sin(yaw) * x
+    return rotors.thrusts_for(wrench)
 
 
 def _against_wash(engine: Engine, rows: Array, gravity: float, thrusts: Array) -> Array:

@@ -12,7 +12,12 @@ from continuair import checks
 from continuair.engine.adaptive import Tolerance
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.called import record_called
-from continuair.flight.limits import warn_of_limits, watch_limits
+from continuair.flight.limits import (
+    warn_of_limits,
+    warn_of_side_forces,
+    watch_limits,
+    watch_side_forces,
+)
 from continuair.flight.prepare import (
     DEFAULT_TOLERANCE,
     check_scenario,
@@ -147,7 +152,7 @@ def simulate(
     )
     recorder = Recorder(flight, model, names, dtype)
     check_memory(recorder.needed(), working_bytes(recorder, checked))
-    limits = watch_limits(recorder)
+    limits, aside = watch_limits(recorder), watch_side_forces(recorder)
     if scenario.force_callback is not None:
         record_called(recorder, stacklevel=3)
     else:
@@ -156,6 +161,7 @@ def simulate(
         warn_of_errors(recorder.error_estimate, stacklevel=3)
     warn_of_saturation(recorder.saturation, stacklevel=3)
     warn_of_limits(limits, stacklevel=3)
+    warn_of_side_forces(aside, stacklevel=3)
     return recorder.dataset(recorder.step)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from continuair.errors import InputError, shown
 from continuair.typing import Array, ArrayLike
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
 DIFFERENCE = 2e-3
@@ -22,29 +23,40 @@ _STRAINED = 0.5
 """Largest coefficient of stretch and shear [-], which leaves the rod a length."""
 
 
-def largest_bends(vehicle: Vehicle) -> tuple[Array, NDArray[np.intp]]:
-    """Return the largest admissible lengths of the vectors that the coordinates of sections form.
-
-    Returns
-    -------
-    largest : ndarray
-        One per bend vector of an arc [1/m], and one per coordinate of a section whose strain varies
-        [1/m; stretch and shear: -].
-    owner : ndarray, shape (bends,)
-        Index of the vector that each coordinate is a component of.
-    """
+def largest_bends(vehicle: Vehicle) -> Array:
+    """Return the largest admissible value of each coordinate alone (bends,), of a bend [1/m]."""
     largest: list[float] = []
-    owner: list[int] = []
     for section in (part for arm in vehicle.arms for part in arm.section):
-        circle = 2.0 * np.pi / section.length - _ROOM
+        turning = section.orders.turning
+        largest += [_circle(section)] * turning + [_STRAINED] * (section.coordinates - turning)
+    return np.array(largest)
+
+
+def bent_shares(vehicle: Vehicle, bends: Array) -> Array:
+    """Return how much of what is admissible bends (..., bends) use, 1 at most, (..., parts).
+
+    An arc has one share, of its bend vector. Other sections have one of all that turns their
+    cross-sections, by the sums of the absolute coefficients of each component, and one of each
+    component that moves them; so kernels judge them.
+    """
+    found: list[Array] = []
+    first = 0
+    for section in (part for arm in vehicle.arms for part in arm.section):
+        own = bends[..., first : first + section.coordinates]
+        first += section.coordinates
         if section.polar:
-            owner += [len(largest)] * section.coordinates
-            largest.append(circle)
-        else:
-            owner += range(len(largest), len(largest) + section.coordinates)
-            turning = section.orders.turning
-            largest += [circle] * turning + [_STRAINED] * (section.coordinates - turning)
-    return np.array(largest), np.array(owner, int)
+            found.append(np.sqrt((own * own).sum(-1)) / _circle(section))
+            continue
+        ends = np.cumsum(section.orders.counts)[:-1]
+        sums = np.stack([np.abs(part).sum(-1) for part in np.split(own, ends, axis=-1)], axis=-1)
+        found.append(np.sqrt((sums[..., :3] ** 2).sum(-1)) / _circle(section))
+        found += list(np.moveaxis(sums[..., 3:], -1, 0) / _STRAINED)
+    return np.stack(found, axis=-1) if found else np.zeros((*np.shape(bends)[:-1], 0))
+
+
+def _circle(section: Section) -> float:
+    """Return the bend just below a full circle [1/m]."""
+    return float(2.0 * np.pi / section.length - _ROOM)
 
 
 def constant_bends(vehicle: Vehicle) -> NDArray[np.intp]:
@@ -101,13 +113,12 @@ def evenly_moving(
 
 
 def check_bend(name: str, value: object, bends: Array, vehicle: Vehicle) -> None:
-    """Raise InputError if bends (bends,) exceed `largest_bends`."""
-    largest, owner = largest_bends(vehicle)
-    found = np.sqrt(np.bincount(owner, bends * bends))
-    for length, most in zip(found, largest, strict=True):
-        if length > most:
-            raise InputError(
-                name,
-                f"is {shown(value)}, which bends a section to {length:g} 1/m",
-                f"give at most {most:.4g} 1/m, just below a full circle",
-            )
+    """Raise InputError if bends (bends,) are not admissible; see `bent_shares`."""
+    most = float(bent_shares(vehicle, bends).max(initial=0.0))
+    if most > 1.0:
+        raise InputError(
+            name,
+            f"is {shown(value)}, which bends a section to {most:.3g} of a full circle or strains "
+            "it too far",
+            f"give at most 1/{most:.3g} of that",
+        )

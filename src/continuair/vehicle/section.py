@@ -80,8 +80,8 @@ class Section(Part):
     bending = 0, a constant curvature"""
 
     nodes: Count | None = None
-    """the number of nodes at which a strain that varies is integrated, by default 6 for linear
-    bending, 2 more per order, and 2 more with twist"""
+    """the number of nodes at which a strain that varies is integrated, by default 8 for linear
+    bending, 2 more per order, 2 more with twist, and 2 more with disks"""
 
     poisson_ratio: Finite | None = None
     """Poisson's ratio of the backbone, which twist and shear need [-]"""
@@ -179,10 +179,10 @@ class Section(Part):
                 f"is {self.poisson_ratio}, but must be above -1 and at most 0.5",
                 "give Poisson's ratio of the backbone, 0.5 for rubber and about 0.3 for metals",
             )
-        if self.given_radius is None and (orders.stretch is not None or orders.shear is not None):
+        if self.given_radius is None and orders.counts[2:] != (0, 0, 0, 0):
             raise InputError(
                 "radius",
-                "is missing, which stretch and shear need",
+                "is missing, which twist, stretch and shear need",
                 "give the radius of the round, solid backbone [m]",
             )
 
@@ -226,8 +226,11 @@ class Section(Part):
 
     @property
     def node_count(self) -> int:
-        """Return the number of nodes at which a strain that varies is integrated."""
-        return self.nodes or self.orders.nodes
+        """Return the number of nodes at which a strain that varies is integrated.
+
+        Disks draw nodes to them, which leaves fewer for the backbone between.
+        """
+        return self.nodes or self.orders.nodes + 2 * bool(self.disks)
 
     def rigidities(self) -> tuple[float, ...]:
         """Return the stiffness of each component of the strain.

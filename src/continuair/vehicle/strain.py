@@ -74,9 +74,11 @@ class Orders:
 
     @property
     def nodes(self) -> int:
-        """Return the number of nodes that suffices for bends of up to half a circle: 6 for linear
-        bending, 2 more per order, and 2 for twist."""
-        return 4 + 2 * max(self.highest, 1) + 2 * (self.twist is not None)
+        """Return the default number of nodes: 8 for linear bending, 2 more per order, 2 for twist.
+
+        Accelerations of rods without disks then err by less than 1e-6, up to half a circle.
+        """
+        return 6 + 2 * max(self.highest, 1) + 2 * (self.twist is not None)
 
 
 CONSTANT = Orders(0)

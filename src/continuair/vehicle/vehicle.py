@@ -11,7 +11,7 @@ import os
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 from pydantic import Field, SkipValidation, field_validator, model_validator
@@ -292,6 +292,7 @@ class Vehicle(Part):
                 "changes", f"is {shown(changes)}, but {text}", "give the fields to change"
             )
         self._check_kinds(changes)
+        self._check_shared(changes)
         found = replacing.replace(self, changes, implied(self, changes))
         found._check_camera()
         found._check_mount()
@@ -308,6 +309,17 @@ class Vehicle(Part):
                 f"has a section of the kind {other[0]}, which replace does not support",
                 "build a new vehicle with continuair.Vehicle(...)",
             )
+
+    @staticmethod
+    def _check_shared(changes: Mapping[str, object]) -> None:
+        """Raise InputError for an array over runs of what gives arms their coordinates."""
+        for path, value in changes.items():
+            names = str(path).split(".")
+            if ("strain" in names or names[-1] == "nodes") and np.ndim(cast(Any, value)) > 0:
+                raise InputError(
+                    str(path), f"is {shown(value)}, but must be the same in all runs",
+                    "give one number, and a vehicle for each other",
+                )  # fmt: skip
 
     def select(self, run: int) -> Vehicle:
         """Return the vehicle of one run.
@@ -457,8 +469,8 @@ def check_arcs(vehicle: Vehicle) -> None:
             if not section.polar:
                 raise InputError(
                     "strain",
-                    f"of {shown(vehicle.name)} varies along a section, which this cannot use yet",
-                    "give all sections bending = 0, or use continuair.accelerations",
+                    f"of section {arm.name}.{section.name} varies, which this cannot use",
+                    "give the section bending = 0; the page on strain lists what can",
                 )
 
 

@@ -12,6 +12,7 @@ from continuair.errors import InputError
 from continuair.flight.simulate import simulate
 from continuair.scenario.scenarios import Scenario
 from continuair.scenario.setpoints import Setpoints
+from continuair.vehicle.bending import constant_bends
 from continuair.vehicle.vehicle import Vehicle
 
 HEIGHT = 1.6
@@ -50,11 +51,12 @@ def _hover(vehicle: Vehicle) -> Scenario:
         "duration": _DURATION,
     }
     lengths = np.array([each.length for arm in vehicle.arms for each in arm.section])
+    along_x = constant_bends(vehicle)[:, 0]
 
     def swing(t: float) -> Any:
-        bend = np.zeros((len(lengths), 2))
-        bend[:, 0] = _TURN / lengths * np.sin(0.5 * np.pi * t)
-        return bend.ravel()
+        bend = np.zeros(vehicle.layout.bends)
+        bend[along_x] = _TURN / lengths * np.sin(0.5 * np.pi * t)
+        return bend
 
     try:
         law = flight_controller(vehicle)

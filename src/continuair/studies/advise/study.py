@@ -135,7 +135,7 @@ def advise(
     tracked = {}
     law = controller if controller and not holds else gains or load_gains("paper")
     # A law that pushes in any direction flies without rotors that cannot.
-    any_way = not isinstance(law, Controller) or law.asks > _LIFT_AND_MOMENTS
+    any_way = not isinstance(law, Controller) or (law.asks or 0) > _LIFT_AND_MOMENTS
     wrench, told = without_rotors(vehicle) if any_way else (vehicle, [])
     told = [*told, *tracking_notes(vehicle)]
     for task, letter in letters.items():

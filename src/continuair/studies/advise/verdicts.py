@@ -36,8 +36,8 @@ def cost_verdict(step_over_coupled: dict[str, float]) -> str:
     saving = {model: each for model, each in step_over_coupled.items() if each <= 1.0 - SAVED}
     if not saving:
         return f"There is no reason to decouple this vehicle: {measured}."
-    others = " and ".join(f"one of {model} {each:.2f} times" for model, each in saving.items())
-    return f"The decoupled model saves no time for this vehicle: {measured}. But {others}."
+    others = " and ".join(f"{model} takes {each:.2f} times" for model, each in saving.items())
+    return f"The decoupled model saves no time for this vehicle: {measured}; {others}."
 
 
 def verdict(results: dict[str, Any], task: str, model: str) -> dict[str, Any]:
