@@ -86,9 +86,19 @@ class Astray(ca.Term):
         return Acting(on_arm=code.on_tip(wrench_of))
 
 
+@dataclass(frozen=True)
+class Elsewhere(ca.Term):
+    """A term that asks for an arm that is not there."""
+
+    def device(self, code: Device) -> Acting:
+        code.tips.world_tip_of(7)
+        return Acting()
+
+
 @pytest.mark.parametrize(
     ("term", "field", "fact"),
     [
+        (Elsewhere(), "term Elsewhere", "IndexError"),
         (Astray(), "term Astray", "velocty"),
         (Bare(), "terms.term Bare", "stiffness"),
         (Rounded(), "term Rounded", "0.1"),

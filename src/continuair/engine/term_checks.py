@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import warp as wp
@@ -28,7 +29,8 @@ def check_terms(tree: Tree) -> None:
     """
     numbers = Numbers("float64")
     for term in (each for each in tree.terms if type(each) not in TERMS):
-        name, acting = type(term).__name__, term.device(Device(numbers, tree))
+        name = type(term).__name__
+        acting = _made(name, partial(term.device, Device(numbers, tree)))
         if not isinstance(acting, Acting):
             raise InputError(
                 f"term {name}",
@@ -42,12 +44,27 @@ def check_terms(tree: Tree) -> None:
                 "set has_energy = True in its class, or leave the energy out",
             )
         real = device_types(numbers, tree).Real
-        parts = _parts(acting, tree)
+        parts = _made(name, partial(_parts, acting, tree))
         for function in _functions(parts, set()):
             check_numbers(function, real, f"term {name}")
         for function in parts:
             if isinstance(function, wp.Function):
                 read(function, f"term {name}")
+
+
+def _made(name: str, make: Callable[[], Any]) -> Any:
+    """Return what a term's own code makes, or raise InputError with what it raises."""
+    try:
+        return make()
+    except InputError:
+        raise
+    except Exception as error:  # whatever a user's code raises
+        said = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(
+            f"term {name}",
+            f"cannot be made ({said})",
+            "compare its device(code) with the page on custom forces",
+        ) from error
 
 
 def _parts(acting: Acting, tree: Tree) -> list[Any]:
