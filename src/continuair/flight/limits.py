@@ -77,14 +77,11 @@ def warn_of_limits(watched: LimitWatch | None, stacklevel: int) -> None:
 
 
 class SideForceWatch:
-    """Reduction of a recorder: the largest force that a controller asks for across the thrust.
-
-    largest: of any run and sample [N].
-    """
+    """Reduction of a recorder: the largest force that a controller asks for across the thrust."""
 
     def __init__(self, recorder: Recorder) -> None:
         self.flight = recorder.flight
-        self.largest = 0.0
+        self._of_parts = [0.0]
 
     def __call__(self, rows: Rows, runs: NDArray[np.intp], logs: Logs) -> None:
         """Look at the commands of some runs."""
@@ -94,7 +91,13 @@ class SideForceWatch:
         up = np.stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)])
         across = np.linalg.norm(np.cross(command[..., :3], np.moveaxis(up, 0, -1)), axis=-1)
         least = _ASIDE * np.linalg.norm(command[..., :3], axis=-1)
-        self.largest = max(self.largest, float(np.where(across > least, across, 0.0).max()))
+        # Several threads may get here at once.
+        self._of_parts.append(float(np.where(across > least, across, 0.0).max(initial=0.0)))
+
+    @property
+    def largest(self) -> float:
+        """The largest one of any run and sample [N]."""
+        return max(self._of_parts)
 
 
 def watch_side_forces(recorder: Recorder) -> SideForceWatch | None:
@@ -110,7 +113,7 @@ def watch_side_forces(recorder: Recorder) -> SideForceWatch | None:
 
 def warn_of_side_forces(watched: SideForceWatch | None, stacklevel: int) -> None:
     """Warn, `stacklevel` frames up, of a force that the rotors did not produce."""
-    if watched is None or not watched.largest > 0.0:
+    if watched is None or watched.largest == 0.0:
         return
     law = watched.flight.scenario.controller
     assert law is not None
