@@ -39,11 +39,11 @@ _RTOL = 1e-6
 
 
 def attribution(
-    vehicle: Vehicle, scenario: Scenario, sample: float, settle: float = 0.0
+    vehicle: Vehicle, scenario: Scenario, sample: float, settle: float = 0.0, whole: bool = True
 ) -> dict[str, dict[str, Any]]:
     """Return the tip's differences from the coupled flight without each of COUPLINGS alone.
 
-    "decoupled" is without all of them. Differences are those of `compare`, NaN for a flight that
+    "decoupled" is without all of them, left out unless `whole`. Differences are those of `compare`, NaN for a flight that
     stopped early. Of several tips, the one with the camera is used.
 
     vehicle, scenario: plain or batched, without a target; sample: time between samples [s]; settle:
@@ -67,7 +67,8 @@ def attribution(
         stacklevel=3,
     )
     models = {coupling: f"without {coupling}" for coupling in COUPLINGS}
-    models["decoupled"] = "decoupled"
+    if whole:
+        models["decoupled"] = "decoupled"
     compile_models(flight, ["coupled", *models.values()])
     flown = fly_models(flight, ["coupled", *models.values()], _POSE)
     coupled, *others = (at_camera(each, vehicle).sel(time=slice(settle, None)) for each in flown)

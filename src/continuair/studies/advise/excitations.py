@@ -202,7 +202,7 @@ def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, fl
     """Return the error of the coupled model without one coupling, at the moderate load."""
     (_, periods), *_rest = _together(name, np.array([MODERATE]), loop)
     scenario = excited(vehicle, name, MODERATE, loop, periods)
-    found = attribution(vehicle, scenario, *sampling(vehicle, scenario))
+    found = attribution(vehicle, scenario, *sampling(vehicle, scenario), whole=False)
     return {coupling: float(error_of(found[coupling], vehicle)) for coupling in COUPLINGS}
 
 
