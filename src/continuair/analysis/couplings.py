@@ -43,8 +43,8 @@ def attribution(
 ) -> dict[str, dict[str, Any]]:
     """Return the tip's differences from the coupled flight without each of COUPLINGS alone.
 
-    "decoupled" is without all of them, left out unless `whole`. Differences are those of `compare`, NaN for a flight that
-    stopped early. Of several tips, the one with the camera is used.
+    "decoupled" is without all of them, left out unless `whole`. Differences are those of `compare`,
+    NaN for a flight that stopped early. Of several tips, the one with the camera is used.
 
     vehicle, scenario: plain or batched, without a target; sample: time between samples [s]; settle:
     time at the start that is excluded [s]. Raises InputError.
