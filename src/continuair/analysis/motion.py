@@ -140,6 +140,11 @@ def poses(flight: xr.Dataset, vehicle: Vehicle) -> tuple[Array, Array, Array]:
     return position, turns, bends
 
 
+def arm_variable(flight: xr.Dataset) -> str:
+    """Return the name of the variable that gives the configuration of the arms in a flight."""
+    return "strain" if "strain" in flight else "bend"
+
+
 def coordinates_of(flight: xr.Dataset, vehicle: Vehicle) -> Array:
     """Return the coordinates of all sections (..., bends) in a flight, InputError without them."""
     name = "strain" if vehicle.layout.strains else "bend"
@@ -203,7 +208,7 @@ def over_time(flight: object) -> xr.Dataset:
     if "bend" not in flight and any(not vehicle.arms for vehicle in vehicles_of(flight)):
         bend = np.zeros((*flight["time"].shape, 0, 2))
         flight = flight.assign(bend=(("time", "section", "bend_axis"), bend))
-    of_arms = "strain" if "strain" in flight else "bend"
+    of_arms = arm_variable(flight)
     for name, last in (_NEEDED | {of_arms: _OF_ARMS[of_arms]}).items():
         if name not in flight or not {"time", last} <= set(flight[name].dims):
             raise InputError(
@@ -293,7 +298,7 @@ def _ends(vehicle: Vehicle) -> Array:
 
 def _check_one_flight(flight: xr.Dataset) -> None:
     """Raise InputError unless a dataset is of one run of one model, with a coordinate time."""
-    dims = [str(dim) for dim in flight["strain" if "strain" in flight else "bend"].dims]
+    dims = [str(dim) for dim in flight[arm_variable(flight)].dims]
     extra = [dim for dim in dims if dim not in ("time", "section", *_OF_ARMS.values())]
     if extra:
         count = " and ".join(f"{flight.sizes[dim]} by {dim}" for dim in extra)

@@ -96,16 +96,21 @@ def accelerations(
     per_section = bend_vectors(np.zeros(vehicle.layout.bends)).shape
     k, k_rate, Q = (of_shape(*each, per_section, or_zero=True) for each in bends.items())
     wrenches = of_shape("tip_wrench", tip_wrench, (len(vehicle.arms), 6), or_zero=True).ravel()
-    turned = of_shape("attitude", attitude, (4,))
-    if not turned.any():
-        raise InputError("attitude", "has length 0", "give a quaternion x y z w")
-    R = of_quaternion(turned)
+    R = checked_rotation(attitude)
     # Bend vectors need no Remark 1, whose κ_s in M, C and G contradicts the κ that q and q̇ are of.
     vehicle = unbounded(vehicle)
     q, qd = _paper_motion(R, v, ω, k, k_rate)
     tau = np.concatenate([F, euler_rate_matrix(q).T @ R @ M, _polar_forces(q, Q)])
     qdd = forward_dynamics(vehicle, q, qd, tau, wrenches, mask=mask, gravity=gravity, nodes=nodes)
     return _regular_rates(q, qd, qdd)
+
+
+def checked_rotation(attitude: ArrayLike) -> Array:
+    """Return the rotation (3, 3) of a quaternion (4,), or raise InputError."""
+    turned = of_shape("attitude", attitude, (4,))
+    if not turned.any():
+        raise InputError("attitude", "has length 0", "give a quaternion x y z w")
+    return of_quaternion(turned)
 
 
 def _paper_motion(R: Array, v: Array, ω: Array, k: Array, k_rate: Array) -> tuple[Array, Array]:

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from continuair.equations.dynamics import Mask, masked, of_shape
+from continuair.equations.dynamics import Mask, check_without_drag, masked, of_shape
 from continuair.equations.kinematics import Array, euler_rate_matrix, rotation
 from continuair.equations.level import level_inertia
-from continuair.equations.regular import spin_rate
-from continuair.equations.turns import euler_angles, of_quaternion
+from continuair.equations.regular import checked_rotation, spin_rate
+from continuair.equations.turns import euler_angles
 from continuair.typing import ArrayLike
 from continuair.vehicle.vehicle import Vehicle
 
@@ -77,13 +77,14 @@ def rod_accelerations(
     Raises
     ------
     InputError
-        If a shape differs, or the mask is unknown.
+        If a shape differs, the mask is unknown, or the vehicle has drag or terms of its own.
 
     Notes
     -----
     Eq. (10) of Amiri et al. (2026) for other coordinates of the arm. At a pitch of ±90° the Euler
     angles have no rates. The differences leave errors of some 1e-10.
     """
+    check_without_drag(vehicle)
     n = vehicle.layout.bends
     v, ω, F, N = (
         of_shape(name, value, (3,), or_zero=True)
@@ -100,7 +101,7 @@ def rod_accelerations(
             ("strain", strain), ("strain_rate", strain_rate), ("strain_force", strain_force),
         )
     )  # fmt: skip
-    R = of_quaternion(of_shape("attitude", attitude, (4,)))
+    R = checked_rotation(attitude)
     q = np.concatenate([np.zeros(3), euler_angles(R), b])
     T = euler_rate_matrix(q[:6])
     qd = np.concatenate([v, np.linalg.solve(T, R @ ω), b_rate])

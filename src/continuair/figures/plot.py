@@ -15,7 +15,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from continuair import checks
-from continuair.analysis.motion import backbone, over_time
+from continuair.analysis.motion import arm_variable, backbone, over_time
 from continuair.errors import InputError, shown
 from continuair.figures import curves, pictogram, style
 from continuair.flight.labels import FIXED, in_order, ordered
@@ -79,7 +79,7 @@ def snapshots(flight: xr.Dataset, times: Sequence[float], vehicle: Vehicle | Non
 
     vehicle: by default that of the result's attributes.
     """
-    moving = "strain" if isinstance(flight, xr.Dataset) and "strain" in flight else "bend"
+    moving = arm_variable(flight) if isinstance(flight, xr.Dataset) else "bend"
     _flights(flight, moving)
     flown = vehicle_of(flight) if vehicle is None else vehicle
     flight = in_order(over_time(flight), flown)

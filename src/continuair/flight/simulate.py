@@ -195,6 +195,9 @@ def _checked_names(
         names = ()
     if not names:
         raise InputError("variables", f"is {shown(variables)}", "give a list of names")
+    others, fitting = OF_STRAIN, OF_SECTION
+    if vehicle.layout.strains:
+        others, fitting = fitting, others
     looking = scenario.controller is not None and bool(scenario.targets)
     for name in names:
         if not isinstance(name, str) or name not in VARIABLES:
@@ -205,17 +208,12 @@ def _checked_names(
                 f"has {name}, which needs a scenario with a controller and a target",
                 "give both, or omit it",
             )
-        if name in OF_STRAIN + OF_SECTION and vehicle.arms:
-            of_others = OF_SECTION if vehicle.layout.strains else OF_STRAIN
-            if name in of_others:
-                instead = (OF_STRAIN if vehicle.layout.strains else OF_SECTION)[
-                    of_others.index(name)
-                ]
-                raise InputError(
-                    "variables",
-                    f"has {name}, which does not describe the sections of this vehicle",
-                    f"give {instead}",
-                )
+        if name in others and vehicle.arms:
+            raise InputError(
+                "variables",
+                f"has {name}, which does not describe the sections of this vehicle",
+                f"give {fitting[others.index(name)]}",
+            )
         if name in (*OF_ARM, *OF_SECTION, *OF_STRAIN) and not vehicle.arms:
             raise InputError(
                 "variables",

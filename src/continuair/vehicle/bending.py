@@ -97,7 +97,7 @@ def evenly_moving(
     state, rates: x y z φ θ ψ κ ψa and their rates, each (...), as of one section.
     """
     if vehicle.layout.strains:
-        # Their rates hang on the bend, too.
+        # Rates of their coordinates depend on the bend, too.
         both = np.broadcast_arrays(*state, *rates)
         state, rates = both[: len(state)], both[len(state) :]
     (*base, kappa, psi), (*moved, kappa_d, psi_d) = state, rates

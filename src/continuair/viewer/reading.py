@@ -9,6 +9,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from continuair.analysis.motion import arm_variable
 from continuair.errors import InputError, nearest
 from continuair.files import printed
 from continuair.flight.reading import opened, vehicle_of, vehicles_of
@@ -101,7 +102,7 @@ def _in_folder(contents: Contents, before: str) -> Iterator[Recorded]:
 def _in_file(path: Path, name: str) -> Iterator[Recorded]:
     with opened(path) as file:
         armed = any(vehicle.arms for vehicle in vehicles_of(file))
-        moving = ("strain" if "strain" in file else "bend") if armed else "position"
+        moving = arm_variable(file) if armed else "position"
         if moving not in file or "time" not in file[moving].dims:
             raise _NoFlight(
                 "result",
