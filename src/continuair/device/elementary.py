@@ -1,4 +1,4 @@
-"""Device code of sine, cosine, arctangent and tanh without branches and without the C library.
+"""Device code of sine, cosine, arctangent, exp - 1 and tanh, without branches and the C library.
 
 They use sums and products only, so that a run has the same bits alone and in a pack, and on every
 processor with fused multiply-add. Errors are a few units in the last place.
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from continuair.device.numbers import Numbers, number_code
+from continuair.device.numbers import Numbers, holding, number_code
 
 # Cephes, S. L. Moshier: atan(x) = x + x³ p(x²) / q(x²) for |x| up to 0.66, the highest power first.
 _ATAN_P = (
@@ -39,13 +39,15 @@ _REST_OF_HALF_PI = 6.123233995736765886130e-17
 class Elementary:
     """Elementary functions.
 
-    sine(x) and cosine(x) for |x| up to 1e5; angle_of(y, x), atan2, in (-π, π]; tanh(x).
+    sine(x) and cosine(x) for |x| up to 1e5; angle_of(y, x), atan2, in (-π, π]; tanh(x);
+    grown(x), exp(x) - 1, for |x| up to 44.
     polynomial(coefficients) returns a function of x; the highest power comes first.
     """
 
     sine: Any
     cosine: Any
     angle_of: Any
+    grown: Any
     tanh: Any
     polynomial: Any
 
@@ -130,18 +132,22 @@ def elementary_code(numbers: Numbers) -> Elementary:
     most = Real(22.0)
 
     @wp.func
+    def grown(x: Real):
+        """Return exp(x) - 1."""
+        k = wp.floor(x * per_doubling + half)
+        r = ((x - k * doubling_1) - k * doubling_2) - k * doubling_3
+        scale = two_to(k)
+        return scale * (r * growth(r)) + (scale - one)
+
+    @wp.func
     def tanh(x: Real):
         """Return tanh as -g / (2 + g) with g = exp(-2 |x|) - 1, and the sign of x."""
         size = wp.abs(x)
-        e = -two * above(size, most, most, size)
-        k = wp.floor(e * per_doubling + half)
-        r = ((e - k * doubling_1) - k * doubling_2) - k * doubling_3
-        scale = two_to(k)
-        g = scale * (r * growth(r)) + (scale - one)
+        g = grown(-two * above(size, most, most, size))
         out = -g / (two + g)
         return above(zero, x, -out, out)
 
-    return Elementary(sine, cosine, angle_of, tanh, polynomial)
+    return holding(Elementary, locals())
 
 
 def _parts(Real: Any, value: float, rest: float, exact: bool) -> tuple[Any, Any, Any]:

@@ -56,10 +56,13 @@ class Tree:
     def layout(self) -> Layout:
         """Return the columns of states, inputs and logs."""
         widths = tuple(tuple(kind.coordinates for kind in arm) for arm in self.kinds)
-        states = sum(term.states for term in self.terms)
         energies = any(term.has_energy for term in self.terms)
         strains = tuple(n for n, kind in enumerate(self._all_kinds) if not kind.polar)
-        return Layout(widths, states, self.air, energies, strains)
+        counts, states, variables = (
+            tuple(item for term in self.terms for item in getattr(term, name).items())
+            for name in ("counts", "states", "variables")
+        )
+        return Layout(widths, self.air, energies, counts, states, variables, strains)
 
     @property
     def sections(self) -> tuple[int, ...]:
@@ -72,14 +75,27 @@ class Tree:
 
     @property
     def first_row(self) -> tuple[int, ...]:
-        """Return the first row of each section in the table of coefficients, and their number."""
+        """Return the first row of each section in the table of coefficients, and their number.
+
+        The rows of terms follow.
+        """
         rows = [kind.rows for kind in self._all_kinds]
         return tuple(sum(rows[:section]) for section in range(len(rows) + 1))
 
     @property
     def table_columns(self) -> int:
         """Return the number of columns of the table of coefficients."""
-        return room(max((kind.columns for kind in self._all_kinds), default=0))
+        return room(max((each.columns for each in (*self._all_kinds, *self.terms)), default=0))
+
+    @property
+    def table_rows(self) -> int:
+        """Return the number of rows of the table of coefficients."""
+        return self.first_row[-1] + sum(term.rows for term in self.terms)
+
+    def first_row_of(self, term: Any) -> int:
+        """Return the first row of a term in the table of coefficients."""
+        before = self.terms[: self.terms.index(term)]
+        return self.first_row[-1] + sum(each.rows for each in before)
 
     @property
     def _all_kinds(self) -> tuple[Any, ...]:

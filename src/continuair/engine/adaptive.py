@@ -12,7 +12,7 @@ import warp as wp
 
 from continuair.engine.engine import Engine, Start
 from continuair.engine.lanes import packs_of
-from continuair.engine.pack import natural_units
+from continuair.engine.pack import natural_units, units_of_own_states
 from continuair.kernels.adaptive import COUNTS, STEPS
 from continuair.kernels.embedded import TSIT5, Pair
 from continuair.kernels.signals import signal_struct
@@ -299,6 +299,8 @@ def error_scales(engine: Engine, runs: Array) -> tuple[Array, Array]:
     scales[:, layout.velocity] = (lengths / period)[:, None]
     scales[:, layout.angular_velocity] = 1.0 / period[:, None]
     scales[:, layout.bend_rate] = bends / period[:, None]
+    own = units_of_own_states(engine.vehicle, len(engine.plants))
+    scales[:, layout.bend_rate.stop :] = own if len(own) == 1 else own[runs]
     return scales, period
 
 

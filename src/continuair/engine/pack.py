@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair.device.types import Tree
 from continuair.sections import kind_of
-from continuair.terms import compiled_terms, pack_terms
+from continuair.terms import compiled_terms, pack_terms, terms_of
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.layout import Layout
 from continuair.vehicle.runs import per_run, take
@@ -46,13 +46,15 @@ def pack_table(vehicle: Vehicle, threads: int) -> Array:
     """
     runs = vehicle.runs or 1
     sections = [(kind_of(each), each) for arm in vehicle.arms for each in arm.section]
+    terms = [term for term in terms_of(vehicle) if term.rows]
     if not sections:
         return np.zeros((runs, 1, 1))
-    columns = max(kind.columns for kind, _ in sections)
+    columns = max(*(kind.columns for kind, _ in sections), *(term.columns for term in terms), 1)
     blocks = [slice(first, first + _BLOCK) for first in range(0, runs, _BLOCK)]
 
     def sample(at: slice) -> Array:
-        tables = (kind.table(section, runs, at) for kind, section in sections)
+        tables = [kind.table(section, runs, at) for kind, section in sections]
+        tables += [term.table(vehicle, runs, at) for term in terms]
         return np.concatenate([_wide(table, columns) for table in tables], axis=1)
 
     if len(blocks) == 1:
@@ -170,6 +172,15 @@ def natural_units(vehicle: Vehicle, layout: Layout, runs: int) -> Array:
     for section, own in zip(sections, layout.of_section, strict=True):
         found[:, own] = kind_of(section).natural(section, runs)
     return found
+
+
+def units_of_own_states(vehicle: Vehicle, runs: int) -> Array:
+    """Return the natural units of the states that terms add (runs, n), in their order."""
+    found = [np.empty((runs, 0))]
+    for term in terms_of(vehicle):
+        units = term.state_units(vehicle, runs)
+        found += [units[name] for name in term.states]
+    return np.hstack(found)
 
 
 def _spread(at: Array) -> Array:

@@ -68,7 +68,8 @@ def _made(name: str, make: Callable[[], Any]) -> Any:
 
 
 def _parts(acting: Acting, tree: Tree) -> list[Any]:
-    found = [acting.on_uav, acting.rates, acting.excess, acting.misdirected, acting.energy]
+    found = [acting.on_uav, acting.rates, acting.excess, acting.misdirected, acting.settled]
+    found.append(acting.energy)
     if acting.on_arm is not None:
         found += [acting.on_arm(arm) for arm in range(len(tree.sections))]
     return found

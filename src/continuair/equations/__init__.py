@@ -53,6 +53,7 @@ from continuair.equations.regular import accelerations
 from continuair.equations.rods import rod_accelerations
 from continuair.equations.servoing import kinematic_servoing, rigid_motion
 from continuair.equations.strain import rod_curve, strain_of
+from continuair.equations.tendons import tendon_lengths
 from continuair.equations.turns import euler_angles
 
 __all__ = [
@@ -98,6 +99,7 @@ __all__ = [
     "skew",
     "slices",
     "strain_of",
+    "tendon_lengths",
     "tip_of",
     "to_normalised",
     "to_pixels",

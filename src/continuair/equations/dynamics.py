@@ -346,7 +346,7 @@ def check_without_drag(vehicle: Vehicle) -> None:
     Raises
     ------
     InputError
-        If it has drag on the UAV or a section, or terms of its own.
+        If it has drag on the UAV or a section, tendons, or terms of its own.
     """
     if vehicle.terms:
         raise InputError(
@@ -356,6 +356,12 @@ def check_without_drag(vehicle: Vehicle) -> None:
                 "which Eq. (10) lacks"
             ),
             "leave it out, or use continuair.accelerations",
+        )
+    if vehicle.tendons:
+        raise InputError(
+            "vehicle",
+            f"{shown(vehicle.name)} has tendons, which Eq. (10) lacks",
+            "leave them out, or use continuair.accelerations",
         )
     sections = (section for arm in vehicle.arms for section in arm.section)
     rotors = vehicle.uav.rotors

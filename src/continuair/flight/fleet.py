@@ -72,9 +72,9 @@ class Fleet:
         self._without_lag = per_run(rotors.lag, runs) == 0.0
         self._highest = rotors.highest
         self._speeds_of = rotors.speeds_of
-        self._rotors = np.broadcast_to(
-            flight.start.states[:, self.layout.rotor_speed], (runs, self.layout.rotors)
-        )
+        # Speeds of rotors, and what other terms add.
+        own = flight.start.states[:, self.layout.bend_rate.stop :]
+        self._own = np.broadcast_to(own, (runs, own.shape[1]))
         self.states = np.empty((runs, self.layout.state))
         self._angles = np.empty((runs, self.layout.branch_angles))
         self._first = np.empty_like(self.states)
@@ -95,7 +95,7 @@ class Fleet:
 
         Their rotors have the speeds of hovering.
         """
-        self.states[which] = np.hstack([state_from_paper(q, qd, self.layout), self._rotors[which]])
+        self.states[which] = np.hstack([state_from_paper(q, qd, self.layout), self._own[which]])
         self._angles[which] = branches_of(q, self.layout)
         self._first[which] = self.states[which]
         self.status[which] = OK

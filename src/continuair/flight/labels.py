@@ -26,11 +26,22 @@ FIXED: dict[str, list[Any]] = {
 def labels_of(vehicle: Vehicle) -> xr.Coordinates:
     """Return the coordinates that all trajectories of a vehicle share."""
     rotors = vehicle.uav.rotors.count if vehicle.uav.rotors is not None else 0
+    own = rotors, strain_labels(vehicle), tendon_labels(vehicle)
     if not vehicle.has_arm_list:
-        return _labels(None, (), rotors, strain_labels(vehicle))
+        return _labels(None, (), *own)
     sections = (f"{arm.name}.{each.name}" for arm in vehicle.arms for each in arm.section)
     arms = tuple(arm.name for arm in vehicle.arms)
-    return _labels(arms, tuple(sections), rotors, strain_labels(vehicle))
+    return _labels(arms, tuple(sections), *own)
+
+
+def tendon_labels(vehicle: Vehicle) -> tuple[str, ...]:
+    """Return the labels of the tendons: "arm.group.0" and so on."""
+    return tuple(
+        f"{arm.name}.{group.name}.{index}"
+        for arm in vehicle.arms
+        for group in arm.tendon
+        for index in range(group.count)
+    )
 
 
 def strain_labels(vehicle: Vehicle) -> tuple[tuple[str, ...], ...]:
@@ -83,12 +94,14 @@ def _labels(
     sections: tuple[str, ...],
     rotors: int,
     strains: tuple[tuple[str, ...], ...],
+    tendons: tuple[str, ...],
 ) -> xr.Coordinates:
-    """Return the coordinates for some names of arms, sections and strains, and a number of rotors.
+    """Return the coordinates for some names of arms, sections, strains and tendons, and a number of
+    rotors.
 
     Rotors count from 1, as in exported files.
     """
-    alike = FIXED | {"rotor": list(range(1, rotors + 1))}
+    alike = FIXED | {"rotor": list(range(1, rotors + 1)), "tendon": list(tendons)}
     listed = {} if arms is None else {"arm": list(arms), "section": list(sections)}
     of_arcs = len(sections) if listed else None
     polar, moments = (numbered(names[6:], of_arcs) for names in (COORDINATES, ACTUATORS))

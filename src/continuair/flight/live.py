@@ -196,6 +196,7 @@ class Simulation:
         bend_moment: ArrayLike | None = None,
         tip_wrench: ArrayLike | None = None,
         rotor_command: ArrayLike | None = None,
+        tendon_command: ArrayLike | None = None,
         wind: ArrayLike | None = None,
     ) -> None:
         """Advance one control period under inputs that are added to the scenario's.
@@ -215,6 +216,8 @@ class Simulation:
             Force and moment on the tip in world axes, six per arm [N, N m].
         rotor_command : array_like, shape (rotors,), optional
             Commanded thrusts [N]. If the scenario gives none, it replaces the hovering command.
+        tendon_command : array_like, shape (tendons,), optional
+            Tensions above the pretensions [N], or lengths to take in [m].
         wind : array_like, shape (3,), optional
             Velocity of the air in world axes [m/s].
 
@@ -225,7 +228,8 @@ class Simulation:
         """
         given = {
             "tau": tau, "force": force, "moment": moment, "bend_moment": bend_moment,
-            "tip_wrench": tip_wrench, "rotor_command": rotor_command, "wind": wind,
+            "tip_wrench": tip_wrench, "rotor_command": rotor_command,
+            "tendon_command": tendon_command, "wind": wind,
         }  # fmt: skip
         if not self._stepping.acquire(blocking=False):
             raise InputError(
@@ -344,7 +348,9 @@ class Simulation:
             if value is None:
                 continue
             if not layout.of_input.keys() >= set(FIELDS[name]):
-                table = "[uav.drag]" if name == "wind" else "[uav.rotors]"
+                table = {"wind": "[uav.drag]", "rotor_command": "[uav.rotors]"}.get(
+                    name, "[[arm.tendon]]"
+                )
                 raise InputError(
                     name,
                     f"is {shown(value)}, but the vehicle has no {table}",

@@ -20,6 +20,7 @@ from continuair.flight.cohorts import Flight
 from continuair.flight.inputs import sample_inputs
 from continuair.flight.rotors import check_air_and_rotors, rotor_speeds, with_rotors_running
 from continuair.flight.steps import automatic_step, steps_of
+from continuair.flight.tendons import check_commands, check_taut, tendons_at_start
 from continuair.flight.time_grid import call_times, check_marks, check_steps, marks_of
 from continuair.kernels.integrators import INTEGRATORS, TSIT5
 from continuair.scenario.scenarios import Scenario
@@ -81,6 +82,7 @@ def prepare(
     coupled = _engine(vehicle, device, threads, method)
     check_fits(scenario, coupled.layout)
     check_air_and_rotors(vehicle, scenario, coupled.layout)
+    check_commands(scenario, coupled.layout)
     for target in {id(each): each for each in scenario.targets}.values():
         target.check_until(duration)
     q, qd = np.atleast_2d(scenario.q), np.atleast_2d(scenario.qd)
@@ -99,7 +101,8 @@ def prepare(
     rates = np.broadcast_to(qd, np.broadcast_shapes(q.shape, qd.shape))
     at = np.broadcast_to(q, rates.shape)
     states = state_from_paper(at, rates, coupled.layout)
-    parts = states, rotor_speeds(vehicle, scenario), branches_of(q, coupled.layout)
+    own = rotor_speeds(vehicle, scenario), tendons_at_start(vehicle, scenario, coupled.layout)
+    parts = states, *own, branches_of(q, coupled.layout)
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
     start = Start(np.hstack(state), branches)
     late = scenario.controller.latency if scenario.controller is not None else 0.0
@@ -109,6 +112,7 @@ def prepare(
         knots = np.append(knots, call_times(duration, scenario.callback_rate))
     marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, knots)
     check_view(coupled, scenario, start)
+    check_taut(coupled, scenario, start)
     return Flight(
         vehicle,
         scenario,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.engine.pack import natural_units
+from continuair.engine.pack import natural_units, units_of_own_states
 from continuair.errors import InputError
 from continuair.flight.frequencies import first_frequency
 from continuair.flight.resolution import in_runs
@@ -105,7 +105,7 @@ def _eigenvalues(engine: Engine, states: Array, angles: Array, runs: NDArray[np.
 def _sizes(engine: Engine, runs: NDArray[np.intp]) -> Array:
     """Return the natural unit of each component of a state (runs, state).
 
-    The reach [m], those of the sections' coordinates, and 1 for others.
+    The reach [m], those of the sections' coordinates and of terms, and 1 for others.
     """
     layout, found = engine.layout, np.ones((len(runs), engine.layout.state))
     reach = per_run(engine.vehicle.reach, len(engine.plants))[:, None]
@@ -116,6 +116,8 @@ def _sizes(engine: Engine, runs: NDArray[np.intp]) -> Array:
         found[:, places] = reach
     for turns in (layout.bend, layout.bend_rate):
         found[:, turns] = bends
+    own = units_of_own_states(engine.vehicle, len(engine.plants))
+    found[:, layout.bend_rate.stop :] = own if len(own) == 1 else own[runs]
     return found
 
 

@@ -30,6 +30,7 @@ from continuair.vehicle.coordinates import euler_on_branch, followed_coordinates
 from continuair.vehicle.layout import (
     MOTION,
     OF_ARM,
+    TENDON_VARIABLES,
     observed_columns,
     watched_columns,
 )
@@ -80,6 +81,16 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
         "1",
         "largest commanded thrust beyond a rotor's limits, in parts of their range",
     ),
+    "tendon_tension": ("tendon", "N", "tension of each tendon at its motor"),
+    "tendon_end_tension": ("tendon", "N", "tension of each tendon in its last stretch"),
+    "tendon_length": ("tendon", "m", "length of each tendon's path from the base to its end"),
+    "tendon_slack": ("tendon", "m", "length by which a tendon is longer than its path"),
+    "tendon_friction_power": (
+        "tendon",
+        "W",
+        "power that friction takes from a tendon; what guides have stored, they give back",
+    ),
+    "tendon_energy": ("tendon", "J", "energy stored in a tendon's elasticity and in its guides"),
     "command": (
         "actuator",
         "N, N m, N m²",
@@ -111,7 +122,10 @@ WATCHED_VARIABLES = frozenset(
 OF_ROTORS = frozenset({"rotor_thrust", "rotor_power", "saturation"})
 """Variables of a vehicle with rotors."""
 
-OBSERVED_VARIABLES = frozenset(observed_columns(1, energies=True)) | OF_ROTORS
+OF_TENDONS = frozenset(TENDON_VARIABLES)
+"""Variables of a vehicle with tendons."""
+
+OBSERVED_VARIABLES = frozenset(observed_columns(1, energies=True)) | OF_ROTORS | OF_TENDONS
 
 OF_SECTION = ("bend", "bend_rate")
 """Variables that each arc has, of vehicles whose sections are all arcs."""
@@ -435,6 +449,8 @@ def default_variables(vehicle: Vehicle, scenario: Scenario) -> tuple[str, ...]:
         absent |= OF_ROTORS
     elif vehicle.uav.rotors.radius is None:
         absent |= {"rotor_power"}
+    if not vehicle.tendons:
+        absent |= OF_TENDONS
     if not any(term.has_energy for term in terms_of(vehicle)):
         absent |= {"term_energy"}
     if scenario.controller is None:

@@ -59,6 +59,7 @@ class Hovering:
         *,
         hold: str = "tip",
         bend_moment: float = 0.0,
+        tendon_command: float = 0.0,
         disturbance: float = 1.0,
         period: float = 0.02,
         model: Model = "coupled",
@@ -66,6 +67,7 @@ class Hovering:
     ) -> None:
         checks.choice("hold", hold, POINTS)
         self._moment = checks.number("bend_moment", bend_moment, least=0.0, otherwise=" [N m²]")
+        self._pull = checks.number("tendon_command", tendon_command, least=0.0, otherwise=" [N, m]")
         self._size = checks.number("disturbance", disturbance, least=0.0)
         found = default_vehicle() if vehicle is None else vehicle
         found = found if isinstance(found, Vehicle) else load_vehicle(found)
@@ -78,6 +80,12 @@ class Hovering:
                         f"is {shown(value)}, but vehicle {shown(found.name)} has no arm",
                         "give hold='uav' and no bend_moment",
                     )
+        if self._pull and not found.tendons:
+            raise InputError(
+                "tendon_command",
+                f"is {self._pull:g}, but vehicle {shown(found.name)} has no tendons",
+                "leave it out, or give the arm [[arm.tendon]]",
+            )
         self.fleet = Fleet(found, runs, period=period, model=model, device=device)
         assert found.uav.rotors is not None
         self._limits = found.uav.rotors.limits
@@ -91,7 +99,8 @@ class Hovering:
     def actions(self) -> int:
         """Numbers of an action."""
         layout = self.fleet.layout
-        return layout.rotors + (layout.bends if self._moment else 0)
+        tendons = layout.tendons if self._pull else 0
+        return layout.rotors + (layout.bends if self._moment else 0) + tendons
 
     @property
     def observations(self) -> int:
@@ -113,8 +122,11 @@ class Hovering:
         share = np.clip(np.asarray(actions, float), -1.0, 1.0)
         least, greatest = self._limits[..., 0], self._limits[..., 1]
         thrusts = least + 0.5 * (1.0 + share[:, :rotors]) * (greatest - least)
-        moments = {"bend_moment": self._moment * share[:, rotors:]} if self._moment else {}
-        self.fleet.step(rotor_command=thrusts, **moments)
+        bends = self.fleet.layout.bends if self._moment else 0
+        moments, pulls = np.split(share[:, rotors:], [bends], axis=1)
+        given = {"bend_moment": self._moment * moments} if self._moment else {}
+        given |= {"tendon_command": self._pull * pulls} if self._pull else {}
+        self.fleet.step(rotor_command=thrusts, **given)
         observation = self.observed()
         far = np.linalg.norm(observation[:, :3], axis=1)
         ended = (self.fleet.status != OK) | (far > BOUND)

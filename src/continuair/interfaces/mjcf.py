@@ -71,6 +71,12 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
             f"has the term {name_of(vehicle.terms[0])}, which MuJoCo's format cannot hold",
             "leave it out with vehicle.replace({'terms': ()})",
         )
+    if vehicle.tendons:
+        raise InputError(
+            "vehicle",
+            "has tendons, whose laws MuJoCo's format cannot hold",
+            "leave arm.tendon out, and give bend moments",
+        )
     links = checks.whole("links", links, 1, 64)
     file = new_file("path", path)
     save("path", file, mjcf(vehicle, links))

@@ -80,6 +80,7 @@ def adaptive_kernel(
     rate_of, excess_of = dynamics.rate_of, dynamics.loads.excess_of
     misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
     limited, misleading = excess_of is not None, misdirected is not None
+    settled, remembers = dynamics.loads.settled, dynamics.loads.settled is not None
     zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     last_node, almost = Real(1.0 - 1e-6), Real(1.0 + 1e-6)
     # Shortest step that resolves on which side a direction turns, and shortest step of all.
@@ -239,7 +240,8 @@ def adaptive_kernel(
         out.error = error_of(off, p.y, out.y, allowed, Real(course.control.relative))
         if wp.static(misleading):
             # Loads along followed directions: short steps resolve how these turn.
-            doubt = misdirected(p.y, out.y, along, flight, 0) / Real(course.control.absolute)
+            doubt = misdirected(p.y, out.y, along, flight, 0, p.push, out.step)
+            doubt = doubt / Real(course.control.absolute)
             out.error = wp.max(out.error, above(out.step, followable, doubt, zero))
         out.good = above(out.error, one, zero, p.waiting)
         out.path.change = out.y - p.y
@@ -319,10 +321,13 @@ def adaptive_kernel(
     ):  # fmt: skip
         """Advance to the end of an accepted step."""
         good, count = tried.good, course.method.nodes.shape[0]
-        if wp.static(limited):
+        if wp.static(limited or remembers):
             put_inputs(course, flight, tried.end, one)
             push = push_at(0, tried.end, tried.y, p.branch.direction, flight, pilot, p.push)
-            p.excess = wp.max(p.excess, good * excess_of(tried.y, flight, 0, push))
+            if wp.static(limited):
+                p.excess = wp.max(p.excess, good * excess_of(tried.y, flight, 0, push))
+            if wp.static(remembers):
+                tried.y = settled(tried.y, flight, 0, push)
         if wp.static(coarse):
             change = tried.step * combined(p.stages, course.method.stages, count - 1)
             summed, rest = compensated(p.y, p.rest, change)

@@ -49,7 +49,8 @@ def rollout_kernel(
     mark, keep_whole, keep_of_run = code.mark, code.keep_whole, code.keep_of_run
     zero, one, excess_of = Real(0.0), Real(1.0), dynamics.loads.excess_of
     unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
-    limited = excess_of is not None
+    limited, settled = excess_of is not None, dynamics.loads.settled
+    remembers = settled is not None
 
     @wp.kernel(name=name, enable_backward=False, module="unique", module_options=code.options)
     def rollout(
@@ -104,6 +105,11 @@ def rollout_kernel(
                 y, rest = compensated(y, rest, change)
             else:
                 y = after(y, change)
+            if wp.static(remembers):
+                row = i * flight.stride + wp.min(flight.stride, 2)
+                y = settled(y, flight, row, push_at(
+                    3 * i + 2, time + h, y, branch.direction, flight, pilot, push
+                ))  # fmt: skip
             now = above(ended, zero, zero, end_of(y))
             if any_above(now, zero):
                 mark(last_step, run, now, i)

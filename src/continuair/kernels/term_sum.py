@@ -33,8 +33,11 @@ class Acting:
         ``excess(y, flight, row, push)``: demand beyond the limits of the term, as a share of their
         range.
     misdirected : wp.Function, optional
-        ``misdirected(begun, end, along, flight, row)``: bound of the tip error in a step from a
-        wrong direction of the force [arm lengths].
+        ``misdirected(begun, end, along, flight, row, push, step)``: bound of the tip error in a
+        step, of a length [s], from a wrong direction of the force [arm lengths].
+    settled : wp.Function, optional
+        ``settled(y, flight, row, push)``: the state after an accepted step, with the step memory of
+        the term updated: states of its own that tell what it has passed through.
     energy : wp.Function, optional
         ``energy(y, flight, row)``: potential energy [J].
     """
@@ -44,6 +47,7 @@ class Acting:
     rates: wp.Function | None = None
     excess: wp.Function | None = None
     misdirected: wp.Function | None = None
+    settled: wp.Function | None = None
     energy: wp.Function | None = None
 
 
@@ -61,13 +65,14 @@ class ActingCode:
     with_rates: Any
     excess_of: Any
     misdirected: Any
+    settled: Any
 
 
 @cache
 def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
     """Return the sums; frozen_arm: loads act on an arm whose base stays at its initial pose."""
     types, loads = device_types(numbers, tree), load_code(numbers, tree)
-    State, Push, Along = types.State, types.Push, types.Along
+    Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Load, plus = flight_code(numbers, tree).Flight, loads.Load, loads.plus
     parts = [term.device(Device(numbers, tree, frozen_arm)) for term in tree.terms]
     arms = len(tree.sections)
@@ -116,16 +121,25 @@ def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
 
     def worse(first: Any, second: Any) -> Any:
         @wp.func
-        def found(begun: State, end: State, along: Along, flight: Flight, row: int):
-            return wp.max(
-                first(begun, end, along, flight, row), second(begun, end, along, flight, row)
-            )
+        def found(
+            begun: State, end: State, along: Along, flight: Flight, row: int, push: Push, step: Real
+        ):  # fmt: skip
+            one = first(begun, end, along, flight, row, push, step)
+            return wp.max(one, second(begun, end, along, flight, row, push, step))
+
+        return found
+
+    def both(first: Any, second: Any) -> Any:
+        @wp.func
+        def found(y: State, flight: Flight, row: int, push: Push):
+            return second(first(y, flight, row, push), flight, row, push)
 
         return found
 
     with_rates = _folded(rated, [part.rates for part in parts])
     excess_of = _folded(larger, [part.excess for part in parts])
     misdirected = _folded(worse, [part.misdirected for part in parts])
+    settled = _folded(both, [part.settled for part in parts])
     return holding(ActingCode, locals())
 
 

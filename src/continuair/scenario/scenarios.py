@@ -36,6 +36,9 @@ _ONE = ONE_SECTION.coordinates
 _UAV = 6
 _OF_TIP = OF_NAME["tip_wrench"].width(ONE_SECTION)
 
+_OF_ACTUATORS = tuple(each.name for each in OF_NAME.values() if each.per in ("rotor", "tendon"))
+"""Inputs whose width depends on the number of actuators of a vehicle."""
+
 _INPUTS = {
     field: ", ".join(OF_NAME[name].meaning for name in given) for field, given in FIELDS.items()
 }
@@ -73,6 +76,9 @@ class Scenario(Immutable):
     rotor_command : array_like or callable, optional
         Commanded thrust of each rotor [N]. Default without a controller: those that hold the
         vehicle level at its start.
+    tendon_command : array_like or callable, optional
+        Command of each tendon, arm by arm and group by group: a tension above its pretension [N],
+        or a length to take in [m]. Motors start at the command. Default: 0.
     rotor_thrust : array_like, optional
         Initial thrust of each rotor, or a row per run [N]. Default: `rotor_command` at the start,
         or else the thrusts that hold the vehicle.
@@ -122,6 +128,7 @@ class Scenario(Immutable):
     tip_wrench: Input = None
     wind: Input = None
     rotor_command: Input = None
+    tendon_command: Input = None
     rotor_thrust: ArrayLike | None = None
     tip_wrench_sign: int = 1
     duration: float = 1.0
@@ -327,8 +334,8 @@ def _fits(field: str, found: int, width: int) -> bool:
     """Return whether an input field has as many components as coordinates of a width need."""
     if field == "tip_wrench":
         return found % _OF_TIP == 0
-    if field == "rotor_command":
-        return True  # the number of rotors is checked with the vehicle
+    if field in _OF_ACTUATORS:
+        return True  # their number is checked with the vehicle
     return found == _width_of(field, width)
 
 
@@ -376,8 +383,9 @@ def _input(field: str, value: Any, width: int) -> Array | Callable[[float], Arra
     array = _finite_array(given)
     if array is None or not _is_rows(array) or not _fits(field, array.shape[-1], width):
         numbers = f"{size} finite numbers or a row of {size} per run"
-        if field == "rotor_command":
-            numbers = "a finite number for each rotor, or a row of them per run"
+        if field in _OF_ACTUATORS:
+            each = OF_NAME[field].per
+            numbers = f"a finite number for each {each}, or a row of them per run"
         raise InputError(
             field, f"is {shown(given)}{at}, but must be {numbers}", f"give {_INPUTS[field]}"
         )

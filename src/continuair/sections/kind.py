@@ -264,6 +264,14 @@ class SectionKind:
         """
         return cls(section.coordinates)
 
+    @property
+    def strains(self) -> tuple[tuple[int, int], ...]:
+        """Return the component of the strain and its order, by COMPONENTS, of each coordinate.
+
+        Tendons need it. Empty for a kind whose coordinates are not those of a strain.
+        """
+        return ()
+
     def natural(self, section: Section, runs: int) -> Array:
         """Return the natural unit of each coordinate, which scales errors of integration steps.
 

@@ -12,6 +12,7 @@ from continuair.terms.arm_drag import ArmDrag
 from continuair.terms.paper_torques import PaperTorques
 from continuair.terms.rotor_drag import RotorDrag
 from continuair.terms.rotors import RotorThrusts
+from continuair.terms.tendons import Tendons
 from continuair.terms.term import Stream, Term, name_of
 from continuair.terms.tip_wrench import TipWrench
 from continuair.terms.uav_drag import UavDrag
@@ -25,6 +26,7 @@ TERMS: tuple[type[Term], ...] = (
     UavDrag,
     ArmDrag,
     TipWrench,
+    Tendons,
 )
 
 
@@ -95,6 +97,7 @@ __all__ = [
     "RotorDrag",
     "RotorThrusts",
     "Stream",
+    "Tendons",
     "Term",
     "TipWrench",
     "UavDrag",

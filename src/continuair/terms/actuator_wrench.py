@@ -70,11 +70,18 @@ def _load(numbers: Numbers, tree: Tree) -> Any:
     pushes, bends = layout.push.stop, layout.bends
 
     @wp.func
-    def whole(push: Push):
+    def left(push: Push):
         return push
 
-    takers = [term.left(numbers, tree) for term in tree.terms]
-    (left,) = [each for each in takers if each is not None] or [whole]
+    def and_left(before: Any, of_term: Any) -> Any:
+        @wp.func
+        def found(push: Push):
+            return of_term(before(push))
+
+        return found
+
+    for taker in (term.left(numbers, tree) for term in tree.terms):
+        left = left if taker is None else and_left(left, taker)
 
     @wp.func
     def push_load(y: State, along: Along, flight: Flight, row: int, command: Push):

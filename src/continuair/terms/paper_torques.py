@@ -224,7 +224,9 @@ def _load(numbers: Numbers, tree: Tree) -> tuple[Any, Any]:
         return worst
 
     @wp.func
-    def misdirected(y: State, end: State, along: Along, flight: Flight, row: int):
+    def misdirected(
+        y: State, end: State, along: Along, flight: Flight, row: int, push: Push, step: Real
+    ):  # fmt: skip
         out = zero
         if (flight.groups & PAPER) != 0:
             out = misled(y, end, along, flight, row)

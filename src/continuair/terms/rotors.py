@@ -16,7 +16,7 @@ from continuair.kernels.load import load_code
 from continuair.kernels.logs import push_reader
 from continuair.kernels.term_sum import Acting
 from continuair.terms.term import CasadiModel, Stream, Term
-from continuair.vehicle.layout import COMMAND, ROTORS, observed_columns
+from continuair.vehicle.layout import COMMAND, ROTORS
 from continuair.vehicle.rotors import AIR_DENSITY, WASH_EDGE
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle
@@ -84,9 +84,19 @@ class RotorThrusts(Term):
         return self.washing
 
     @property
-    def states(self) -> int:
-        """Return the number of rotors: each adds its speed to the state."""
-        return self.count
+    def states(self) -> dict[str, int]:
+        """Return the speeds of the rotors, over their maximum."""
+        return {"rotor_speed": self.count}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the number of rotors, each with a command."""
+        return {"rotor": self.count}
+
+    @property
+    def variables(self) -> dict[str, int]:
+        """Return the thrusts, and the saturation of the vehicle."""
+        return {"rotor_thrust": self.count, "saturation": 1}
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
         """Return the fields of the device's Plant that describe the rotors.
@@ -461,7 +471,7 @@ def _thrusts_kernel(numbers: Numbers, tree: Tree, term: RotorThrusts) -> Any:
     flight_of, load_state = structs.flight_of, types.load_state
     thrusts_of, excess_of = of.thrusts_of, of.excess_of
     keep, lanes, logged_push = code.keep, code.lanes, push_reader(numbers, tree)
-    columns = observed_columns(layout.arms, term.count)
+    columns = layout.observed
     first, excess_at = columns["rotor_thrust"].start, columns["saturation"].start
     rotors = term.count
 

@@ -199,9 +199,68 @@ class Term(Effect):
         return False
 
     @property
-    def states(self) -> int:
-        """Return how many numbers the term adds to a state."""
+    def states(self) -> dict[str, int]:
+        """Return the states that the term adds, by name, and the numbers of each.
+
+        They are 0 at the start of a flight, unless a scenario sets them.
+        """
+        return {}
+
+    def state_units(self, vehicle: Vehicle, runs: int) -> dict[str, Array]:
+        """Return the natural units of the states, which scale errors of integration steps.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            The vehicle, plain or batched.
+        runs : int
+            Number of runs.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Units (runs, n) of each of `states`, 1 by default.
+        """
+        return {name: np.ones((runs, count)) for name, count in self.states.items()}
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Return the actuators with an input of their own, by name, and their number."""
+        return {}
+
+    @property
+    def variables(self) -> dict[str, int]:
+        """Return the variables that `observer` computes, by name, and the numbers of each."""
+        return {}
+
+    @property
+    def rows(self) -> int:
+        """Return the number of rows that the term adds to the table of coefficients."""
         return 0
+
+    @property
+    def columns(self) -> int:
+        """Return the number of columns that these rows need."""
+        return 0
+
+    def table(self, vehicle: Vehicle, runs: int, at: slice) -> Array:
+        """Return the rows of the term in the table of coefficients.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            The vehicle, plain or batched.
+        runs : int
+            Number of runs.
+        at : slice
+            The requested runs.
+
+        Returns
+        -------
+        ndarray, shape (n, rows, columns)
+            The coefficients.
+        """
+        return np.zeros((len(range(*at.indices(runs))), self.rows, self.columns))
 
     @property
     def width(self) -> int:
@@ -321,8 +380,7 @@ class Term(Effect):
         Returns
         -------
         wp.Function or None
-            ``left(push) -> Push``; None if the term applies no part of the wrench, as all terms of
-            a vehicle but one.
+            ``left(push) -> Push``; None if the term applies no part of the wrench.
         """
         return None
 

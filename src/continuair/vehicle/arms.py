@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, TypeVar
+from typing import ClassVar, Self
 
-from pydantic import field_validator
+from pydantic import field_validator, model_validator
 
-from continuair.errors import InputError, named_fields, shown
-from continuair.vehicle.fields import ROUNDING, Name, NotNegative, Part, Vector, label, named
+from continuair.errors import InputError, named_fields
+from continuair.vehicle.fields import ROUNDING, Name, NotNegative, Part, Vector
 from continuair.vehicle.inertia import (
     Matrix,
     UnitQuaternion,
@@ -16,12 +16,9 @@ from continuair.vehicle.inertia import (
     principal_moments,
     symmetric_matrix,
 )
+from continuair.vehicle.members import NamedPart, members
 from continuair.vehicle.section import Section
-
-MOST_ARMS = 8
-"""Most arms of a vehicle, and most sections of an arm. Kernels are compiled for each number."""
-
-Member = TypeVar("Member", "Section", "ArmChain")
+from continuair.vehicle.tendon import Tendon, check_tendons
 
 _OF_SECTION = "belongs to a section; write it below [[arm.section]], or write [arm] for one section"
 
@@ -52,15 +49,15 @@ class TipBody(Part):
         return matrix
 
 
-class ArmChain(Part):
+class ArmChain(NamedPart):
     """Arm of one or more sections of constant curvature, with an optional body on its tip.
 
     The arm's axes have their origin at the mount. At bend 0 the arm points along their -z.
     """
 
     refused: ClassVar[Mapping[str, str]] = {
-        "tendons": "are not simulated yet; leave the tables out, and give bend moments directly",
-        **dict.fromkeys(named_fields(Section).keys() - {"name"}, _OF_SECTION),
+        "tendons": "is not a known field; write [[arm.tendon]]",
+        **dict.fromkeys(named_fields(Section).keys() - {"name", "tendon"}, _OF_SECTION),
     }
 
     name: Name = ""
@@ -78,62 +75,33 @@ class ArmChain(Part):
     tip: TipBody | None = None
     """a rigid body on the arm's tip, a table ([arm.tip])"""
 
+    tendon: tuple[Tendon, ...] = ()
+    """the tendons that bend the arm, a list of tables ([[arm.tendon]])"""
+
     @field_validator("section", mode="before")
     @classmethod
     def _named_sections(cls, value: object) -> tuple[Section, ...]:
-        return members(Section, value, "section")
+        found = members(Section, value, "section")
+        for index, section in enumerate(found):
+            if section.tendon:
+                raise InputError(
+                    f"{index}.tendon",
+                    "is of a section, but tendons belong to the arm",
+                    "write [[arm.tendon]], with the section in which they end",
+                )
+        return found
+
+    @field_validator("tendon", mode="before")
+    @classmethod
+    def _named_tendons(cls, value: object) -> tuple[Tendon, ...]:
+        return members(Tendon, value, "tendon") if value else ()
+
+    @model_validator(mode="after")
+    def _fitting(self) -> Self:
+        check_tendons(self.tendon, self.section)
+        return self
 
     @property
     def mass(self) -> float:
         """Return the mass of the sections and of the body on the tip [kg]."""
         return sum(each.mass for each in self.section) + (self.tip.mass if self.tip else 0.0)
-
-
-def members(kind: type[Member], value: object, noun: str) -> tuple[Member, ...]:
-    """Return the arms of a vehicle, or the sections of an arm, validated and with unique names."""
-    if not isinstance(value, (list, tuple)):
-        raise ValueError("must be a list")
-    if not 0 < len(value) <= MOST_ARMS:
-        raise ValueError(f"must hold 1 to {MOST_ARMS} {noun}s (it has {len(value)})")
-    found: list[Member] = []
-    problems: list[InputError] = []
-    for index, entry in enumerate(value):
-        try:
-            found.append(_member(kind, entry, index, noun))
-        except InputError as error:
-            problems.append(error)
-    if problems:
-        raise InputError.joined(problems)
-    names = [each.name for each in found]
-    for index, name in enumerate(names):
-        if name in names[:index]:
-            raise InputError(
-                f"{index}.name",
-                f"is {name!r}, as is that of {noun} {names.index(name)}",
-                f"give each {noun} a unique name",
-            )
-    return tuple(found)
-
-
-def _member(kind: type[Member], entry: object, index: int, noun: str) -> Member:
-    """Return one arm or section, named by its index if it has no name."""
-    if isinstance(entry, Mapping):
-        try:
-            built = kind(**named(entry, index))
-        except InputError as error:
-            raise error.within(f"{label(entry, index)}.") from None
-    elif isinstance(entry, kind):
-        built = entry if entry.name else entry.having(name=str(index))
-    else:
-        raise InputError(
-            str(index),
-            f"is {shown(entry)}, but must be a table of fields",
-            f"give the fields of one {noun}",
-        )
-    if built.name.isdecimal() and built.name != str(index):
-        raise InputError(
-            f"{index}.name",
-            f"is {built.name!r}, which reads as the index of another {noun}",
-            "give it a letter",
-        )
-    return built

@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle import arc
 
-GENERAL, PAPER, TIP, COMMAND, AIR, ROTORS = 1, 2, 4, 8, 16, 32
+GENERAL, PAPER, TIP, COMMAND, AIR, ROTORS, TENDONS = 1, 2, 4, 8, 16, 32, 64
 """Groups of inputs, as bits: along the state's axes, along the paper's coordinates, tip wrenches, a
-controller's actuator wrench (not a column of the inputs), wind, and commanded rotor thrusts."""
+controller's actuator wrench (not a column of the inputs), wind, commanded rotor thrusts, and
+commands of tendons."""
 
 
 @dataclass(frozen=True)
 class Input:
-    """Input of a simulation, with its columns per vehicle, section, arm or rotor.
+    """Input of a simulation, with its columns per vehicle, section, arm, rotor or tendon.
 
     axes: letters of the components; of an input per section, those of an arc. channels: names in a
     design, one for each vector of components. bit: group of the input. An input per section has one
@@ -43,8 +44,8 @@ class Input:
         """Return the number of columns."""
         if self.per == "section":
             return layout.bends
-        counts = {"vehicle": 1, "arm": layout.arms, "rotor": layout.rotors, "air": int(layout.air)}
-        return len(self.axes) * counts[self.per]
+        counts = {"vehicle": 1, "arm": layout.arms, "air": int(layout.air)} | dict(layout.counts)
+        return len(self.axes) * counts.get(self.per, 0)
 
 
 INPUTS = (
@@ -61,6 +62,8 @@ INPUTS = (
           ("tip_force", "tip_moment"), per="arm"),
     Input("wind", "xyz", "m/s", "the velocity of the air in world axes [m/s]", AIR, per="air"),
     Input("rotor_command", "z", "N", "a thrust for each rotor [N]", ROTORS, per="rotor"),
+    Input("tendon_command", "z", "N", "a tension above the pretension [N], or a length to take in "
+          "[m], for each tendon", TENDONS, per="tendon"),
 )  # fmt: skip
 """Table of inputs, in the order of their columns."""
 
@@ -75,7 +78,9 @@ ACTUATORS = tuple(name for each in PUSH for name in OF_NAME[each].components)
 TAU = ("force", "euler_torque", "polar_torque")
 """Inputs that the paper's generalised forces τ, conjugate to q, consist of, in order."""
 
-FIELDS = {"tau": TAU} | {name: (name,) for name in (*PUSH, "tip_wrench", "wind", "rotor_command")}
+FIELDS = {"tau": TAU} | {
+    name: (name,) for name in (*PUSH, "tip_wrench", "wind", "rotor_command", "tendon_command")
+}
 """Field of a scenario -> inputs that it sets."""
 
 CHANNELS = {
@@ -124,7 +129,7 @@ class Layout:
 
     * State: position (world), attitude (x y z w, body to world), coordinates of the sections (bend
       vectors of arcs [1/m]), velocity of B's origin (world axes), angular velocity (body axes),
-      rates of the coordinates, speeds of the rotors over their maximum.
+      rates of the coordinates, then what terms add, such as speeds of rotors over their maximum.
     * Log row: state, the paper's coordinates of each section ((κ, ψa) of an arc on its signed
       branch), Euler angles, a controller's actuator wrench.
     * Inputs: those of the table INPUTS.
@@ -133,21 +138,27 @@ class Layout:
     ----------
     widths : tuple of tuple of int
         Number of coordinates of each section of each arm.
-    rotors : int, default 0
-        Number of rotors.
     air : bool, default False
         Whether wind acts on the vehicle.
     energies : bool, default False
         Whether terms have a potential energy.
+    counts : tuple of tuple of (str, int), default ()
+        Actuators that have inputs, by name, such as "rotor", and their number.
+    own_states : tuple of tuple of (str, int), default ()
+        States that terms add, by name, and the columns of each.
+    own_variables : tuple of tuple of (str, int), default ()
+        Variables that terms compute along a log, by name, and the columns of each.
     strains : tuple of int, default ()
         Sections, by their index among those of all arms, whose coordinates are those of a strain
         field. All others are arcs, with the paper's polar coordinates.
     """
 
     widths: tuple[tuple[int, ...], ...]
-    rotors: int = 0
     air: bool = False
     energies: bool = False
+    counts: tuple[tuple[str, int], ...] = ()
+    own_states: tuple[tuple[str, int], ...] = ()
+    own_variables: tuple[tuple[str, int], ...] = ()
     strains: tuple[int, ...] = ()
 
     position = slice(0, 3)
@@ -161,7 +172,7 @@ class Layout:
     @classmethod
     def of_coordinates(cls, count: int) -> Layout:
         """Return the layout of an arm with `count` coordinates q, with wind and one rotor."""
-        return cls(((count - len(OF_UAV),),), rotors=1, air=True)
+        return cls(((count - len(OF_UAV),),), air=True, counts=(("rotor", 1), ("tendon", 1)))
 
     @cached_property
     def sections(self) -> int:
@@ -260,20 +271,36 @@ class Layout:
         """Return the columns of the rates of the sections' coordinates in a state."""
         return _after(self.angular_velocity, self.bends)
 
+    @property
+    def rotors(self) -> int:
+        """Return the number of rotors."""
+        return dict(self.counts).get("rotor", 0)
+
+    @property
+    def tendons(self) -> int:
+        """Return the number of tendons."""
+        return dict(self.counts).get("tendon", 0)
+
     @cached_property
+    def of_state(self) -> dict[str, slice]:
+        """Return the columns of the states that terms add, by name."""
+        first = self.bend_rate.stop
+        return {name: _shifted(part, first) for name, part in columns(self.own_states).items()}
+
+    @property
     def rotor_speed(self) -> slice:
         """Return the columns of the rotor speeds, over their maximum, in a state."""
-        return _after(self.bend_rate, self.rotors)
+        return self.of_state.get("rotor_speed", _after(self.bend_rate, 0))
 
     @cached_property
     def state(self) -> int:
         """Return the number of columns of a state."""
-        return self.rotor_speed.stop
+        return self.bend_rate.stop + sum(width for _, width in self.own_states)
 
     @cached_property
     def branch(self) -> slice:
         """Return the columns of the paper's coordinates of all sections in a log row."""
-        return _after(self.rotor_speed, self.bends)
+        return slice(self.state, self.state + self.bends)
 
     @cached_property
     def euler(self) -> slice:
@@ -334,7 +361,7 @@ class Layout:
     @property
     def observed(self) -> dict[str, slice]:
         """Return the columns of the quantities computed along a log."""
-        return observed_columns(self.arms, self.rotors, self.energies)
+        return observed_columns(self.arms, self.own_variables, self.energies)
 
     def alike(self, names: Iterable[str]) -> list[slice]:
         """Return the columns, of adjacent inputs, with one unit and one arm or section."""
@@ -342,7 +369,8 @@ class Layout:
         for name in names:
             of, where = OF_NAME[name], self.of_input[name]
             all_of_it = where.stop - where.start
-            width = all_of_it if of.per == "rotor" else len(of.axes) // len(of.units.split(", "))
+            each = len(of.axes) // len(of.units.split(", "))
+            width = all_of_it if of.per in dict(self.counts) else each
             first = found[-1].stop if found else 0
             found += [slice(first + n, first + n + width) for n in range(0, all_of_it, width)]
         return found
@@ -361,9 +389,13 @@ def _after(previous: slice, width: int) -> slice:
     return slice(previous.stop, previous.stop + width)
 
 
+def _shifted(part: slice, first: int) -> slice:
+    return slice(first + part.start, first + part.stop)
+
+
 def _within(whole: slice, part: slice) -> slice:
     """Return the columns of a part, given relative to the whole."""
-    return slice(whole.start + part.start, whole.start + part.stop)
+    return _shifted(part, whole.start)
 
 
 def _adjacent(widths: Iterable[int]) -> tuple[slice, ...]:
@@ -390,15 +422,23 @@ OF_BODIES = ("base_force", "base_moment", "kinetic_energy", "gravity_energy", "e
 """Quantities along a log that depend on the model."""
 
 
-def observed_columns(arms: int, rotors: int = 0, energies: bool = False) -> dict[str, slice]:
+TENDON_VARIABLES = (
+    "tendon_tension", "tendon_end_tension", "tendon_length", "tendon_slack",
+    "tendon_friction_power", "tendon_energy",
+)  # fmt: skip
+"""Quantities of each tendon along a log, in order."""
+
+
+def observed_columns(
+    arms: int, own: tuple[tuple[str, int], ...] = (), energies: bool = False
+) -> dict[str, slice]:
     """Return the columns of the quantities computed along a log, those of arms in order."""
     widths = [
         ("tip_position", 3), ("tip_attitude", 4), ("tip_velocity", 3), ("tip_angular_velocity", 3),
         ("base_force", 3), ("base_moment", 3), ("kinetic_energy", 1), ("gravity_energy", 1),
         ("elastic_energy", 1), ("linear_momentum", 3), ("angular_momentum", 3),
     ]  # fmt: skip
-    widths += [("rotor_thrust", rotors), ("saturation", 1)] if rotors else []
-    widths += [("term_energy", 1)] if energies else []
+    widths += [*own, *([("term_energy", 1)] if energies else [])]
     return columns((name, width * (arms if name in OF_ARM else 1)) for name, width in widths)
 
 

@@ -11,9 +11,11 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from continuair.errors import InputError
 from continuair.vehicle.disk import Disk, disks_of
-from continuair.vehicle.fields import ROUNDING, Count, Finite, Name, NotNegative, Part, Positive
+from continuair.vehicle.fields import ROUNDING, Count, Finite, Name, NotNegative, Positive
+from continuair.vehicle.members import NamedPart, members
 from continuair.vehicle.slips import radius_remedy
 from continuair.vehicle.strain import CONSTANT, Orders, Strain, mode_shapes
+from continuair.vehicle.tendon import Tendon, check_tendons
 
 DRAG_NODES, DRAG_WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Gauss-Legendre nodes and weights on [-1, 1] by which the drag of a section is integrated."""
@@ -27,7 +29,7 @@ MOST_NODES = 16
 _OF_LIST = "belongs to an arm of a list; write [[arm]], with its sections as [[arm.section]]"
 
 
-class Section(Part):
+class Section(NamedPart):
     """Section of constant curvature; at bend 0 it points along -z of the axes at its base.
 
     The material is that of a round, solid rod (radius, density, Young's modulus). A bending
@@ -37,7 +39,7 @@ class Section(Part):
     """
 
     refused: ClassVar[Mapping[str, str]] = {
-        "tendons": "are not simulated yet; leave the tables out, and give bend moments directly",
+        "tendons": "is not a known field; write [[arm.tendon]]",
         **dict.fromkeys(("section", "mount", "attitude", "tip"), _OF_LIST),
     }
 
@@ -86,6 +88,9 @@ class Section(Part):
     poisson_ratio: Finite | None = None
     """Poisson's ratio of the backbone, which twist and shear need [-]"""
 
+    tendon: tuple[Tendon, ...] = ()
+    """the tendons of an [arm] table, a list of tables ([[arm.tendon]])"""
+
     kappa_s: NotNegative = 1e-3
     """the curvature below which generalised inputs in polar coordinates use kappa_s in place of
     the curvature they are divided by; Remark 1, Amiri et al. [1/m]"""
@@ -94,6 +99,11 @@ class Section(Part):
     @classmethod
     def _listed_disks(cls, value: object, info: ValidationInfo) -> object:
         return disks_of(value, info.data.get("length"))
+
+    @field_validator("tendon", mode="before")
+    @classmethod
+    def _named_tendons(cls, value: object) -> tuple[Tendon, ...]:
+        return members(Tendon, value, "tendon") if value else ()
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -119,6 +129,7 @@ class Section(Part):
                 "give the backbone's radius [m]",
             )
         self._check_strain()
+        check_tendons(self.tendon, (self,))
         self._check_frequency()
         if self.given_radius is not None and self.radius > self.length / 2:
             raise InputError(

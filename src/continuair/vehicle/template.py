@@ -12,7 +12,7 @@ from typing import get_args
 
 from continuair import checks
 from continuair.vehicle.allocation import LayoutName, layout_geometry
-from continuair.vehicle.arms import MOST_ARMS
+from continuair.vehicle.members import MOST_ARMS
 from continuair.vehicle.vehicle import Vehicle
 
 LAYOUTS: tuple[str, ...] = get_args(LayoutName)

@@ -22,12 +22,13 @@ from continuair.files import Presets
 from continuair.typing import Array
 from continuair.vehicle import replacing
 from continuair.vehicle import runs as batch
-from continuair.vehicle.arms import ArmChain, members
+from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.changes import implied
 from continuair.vehicle.effect import Effect, check_effects
 from continuair.vehicle.fields import Part, Title
 from continuair.vehicle.layout import Layout
+from continuair.vehicle.members import members
 from continuair.vehicle.section import Section
 from continuair.vehicle.slips import slips
 from continuair.vehicle.uav import Uav
@@ -48,7 +49,7 @@ class Vehicle(Part):
     """
 
     refused: ClassVar[Mapping[str, str]] = {
-        "tendons": "are not simulated yet; leave the table out, and give bend moments directly"
+        "tendons": "is not a known field; write [[arm.tendon]], below the [arm] that they bend"
     }
 
     name: Title
@@ -187,7 +188,10 @@ class Vehicle(Part):
         if isinstance(self.arm_tables, tuple):
             return self.arm_tables
         section = self.arm_tables.having(name="0")
-        return (ArmChain.model_construct(name="arm", mount=self.uav.mount, section=(section,)),)
+        arm = ArmChain.model_construct(
+            name="arm", mount=self.uav.mount, section=(section,), tendon=section.tendon
+        )
+        return (arm,)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -205,6 +209,11 @@ class Vehicle(Part):
         widths = tuple(tuple(part.coordinates for part in arm.section) for arm in self.arms)
         parts = enumerate(part for arm in self.arms for part in arm.section)
         return Layout(widths, strains=tuple(n for n, part in parts if not part.polar))
+
+    @property
+    def tendons(self) -> int:
+        """Return the number of tendons of all arms."""
+        return sum(group.count for arm in self.arms for group in arm.tendon)
 
     @property
     def is_one_arc(self) -> bool:

@@ -54,20 +54,21 @@ def _uav(fields: dict[str, Any]) -> list[str]:
 
 
 def _arm(fields: dict[str, Any]) -> list[str]:
-    """Return the lines of an arm of a list, followed by its sections and tip, as TOML requires."""
-    sections, tip = fields.pop("section"), fields.pop("tip")
+    """Return the lines of an arm of a list, then those of its parts, as TOML requires."""
+    sections, tip, tendons = (fields.pop(name) for name in ("section", "tip", "tendon"))
     lines = _table("[[arm]]", fields)
     for section in sections:
         lines += _section("[[arm.section]]", "arm.section", section)
-    return lines + (_table("[arm.tip]", _short_inertia(tip)) if tip else [])
+    lines += _table("[arm.tip]", _short_inertia(tip)) if tip else []
+    return lines + [line for each in tendons for line in _table("[[arm.tendon]]", each)]
 
 
 def _section(heading: str, path: str, fields: dict[str, Any]) -> list[str]:
-    disks = fields.pop("disks")
+    disks, tendons = fields.pop("disks"), fields.pop("tendon")
     lines = _table(heading, fields)
     for disk in disks:
         lines += _table(f"[[{path}.disks]]", disk)
-    return lines
+    return lines + [line for each in tendons for line in _table(f"[[{path}.tendon]]", each)]
 
 
 def _short_inertia(fields: dict[str, Any]) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from continuair.typing import Array
 from continuair.vehicle.arc import COORDINATES
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import Section
+from continuair.vehicle.strain import CONSTANT
 
 if TYPE_CHECKING:
     from casadi import DM, SX
@@ -50,6 +51,11 @@ class Arc(SectionKind):
     columns: ClassVar[int] = len(MOMENTS)
     parameters: ClassVar[tuple[str, ...]] = ("axial",)
     polar: ClassVar[bool] = True
+
+    @property
+    def strains(self) -> tuple[tuple[int, int], ...]:
+        """Return the component and the order of each coordinate: a bend that is constant."""
+        return CONSTANT.coordinates
 
     def units(self, section: Section, runs: int) -> Array:
         """Return λ [m], the factor from each component of the bend [1/m] to its kernel unit.

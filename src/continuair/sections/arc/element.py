@@ -45,7 +45,7 @@ def element_code(numbers: Numbers, tree: Tree) -> ElementCode:
     vec2, vec3, mat33 = types.vec2, types.vec3, types.mat33
     alpha, beta, P, Q, S, KP, KQ, KW, NP, ND, A, Gamma = range(len(MOMENTS))
     quarter, half, two = Real(0.25), Real(0.5), Real(2.0)
-    others = tree.first_row[-1] - TERMS
+    others = tree.table_rows - TERMS
 
     @wp.struct
     class Shape:

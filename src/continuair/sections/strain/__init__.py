@@ -56,6 +56,11 @@ class StrainField(SectionKind):
         """Return the columns of the table, one per node."""
         return self.nodes
 
+    @property
+    def strains(self) -> tuple[tuple[int, int], ...]:
+        """Return the component and the order of each coordinate."""
+        return self.orders.coordinates
+
     @classmethod
     def of(cls, section: Section) -> Self:
         """Return the kind of a section.
