@@ -23,6 +23,7 @@ from continuair.vehicle.disk import Disk
 from continuair.vehicle.rotors import Drag, Rotor, Rotors
 from continuair.vehicle.section import Section
 from continuair.vehicle.template import LAYOUTS, Outline, as_template
+from continuair.vehicle.tendon import Tendon
 from continuair.vehicle.uav import Uav
 from continuair.vehicle.vehicle import Vehicle, load_vehicle, preset_text
 from tests.refusals import assert_refused, refused
@@ -90,15 +91,16 @@ def test_every_field_of_a_vehicle_stands_in_the_file_with_its_unit_or_meaning(
     text = as_template(Outline("made", sections=sections))
     rows = re.findall(r"^(?:# )?(\w+) = .*?(  # \S.*)?$", text, re.MULTILINE)
     assert [name for name, comment in rows if not comment] == []
-    parts = [Uav, Rotors, Rotor, Drag, Section, Disk, Camera]
+    parts = [Uav, Rotors, Rotor, Drag, Section, Disk, Tendon, Camera]
     missing = {field for part in parts for field in named_fields(part)} - {row[0] for row in rows}
-    tables = {"rotors", "drag", "rotor", "disks"}
+    tables = {"rotors", "drag", "rotor", "disks", "tendon"}
     # A strain that varies cannot be flown yet.
     tables |= {"strain", "nodes", "poisson_ratio"}
     assert missing <= tables | ({"name"} if sections == 1 else {"mount"})
     if sections > 1:
         assert {*named_fields(ArmChain), *named_fields(TipBody)} - {row[0] for row in rows} <= {
             "section",
+            "tendon",
             "tip",
         }
 
@@ -113,6 +115,18 @@ def test_what_is_behind_a_sign_can_be_used_as_it_stands(sections: int) -> None:
         used = re.sub(rf"^{instead.get(name, '-')} =.*\n", "", used, count=1, flags=re.MULTILINE)
         assert used != text
         Vehicle(**tomllib.loads(used))
+    for command in ("tension", "length"):
+        of_winches = ("end", "damping", "stroke", *(["stiffness"] if command == "tension" else []))
+        kept = text.replace('command = "tension"', f'command = "{command}"')
+        first = kept.index("# [[arm.tendon]]")
+        last = kept.index("[camera]")
+        lines = [
+            line.removeprefix("# ")
+            for line in kept[first:last].splitlines()
+            if not line.startswith("# With") and line[2:].split(" =")[0] not in of_winches
+        ]
+        vehicle = Vehicle(**tomllib.loads(kept[:first] + "\n".join(lines) + "\n" + kept[last:]))
+        assert vehicle.tendons == 3
 
 
 def test_a_preset_is_copied_with_its_comments_under_the_name_of_the_file() -> None:

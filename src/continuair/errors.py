@@ -141,7 +141,10 @@ class ContinuairWarning(UserWarning):
 def nearest(name: str, valid: Iterable[str]) -> str:
     """Return the clause that suggests the nearest of the `valid` names, or lists them all."""
     names = list(valid)
-    known = ", ".join(names)
+    table = name.rpartition(".")[0]
+    alone = all(other.rpartition(".")[0] == table for other in names)
+    # Fields of one table without its path, which a sentence has room for once.
+    known = ", ".join(other.rpartition(".")[2] if alone else other for other in names)
     # Compare the last part of dotted names only: common tables would make any two similar.
     most = min(len(name.rpartition(".")[2]) // 3, _MOST_SLIPS)
     alike = [other for other in names if other.count(".") == name.count(".")]

@@ -20,6 +20,7 @@ from continuair.vehicle.fields import Part, kinds
 from continuair.vehicle.rotors import Drag, Rotor, Rotors
 from continuair.vehicle.section import Section
 from continuair.vehicle.strain import Strain
+from continuair.vehicle.tendon import Tendon
 from continuair.vehicle.uav import Uav
 
 REFERENCE = Path(__file__).parents[2] / "docs" / "reference"
@@ -30,6 +31,7 @@ VEHICLE: list[dict[type[Part], str]] = [
     {ca.Vehicle: "{}", Uav: "uav.{}", Camera: "camera.{}"},
     {Section: "{}", Disk: "{} of a disk", Strain: "{} of a strain"},
     {ArmChain: "arm.{}", TIP: "arm.tip.{}"},
+    {Tendon: "{}"},
     {Rotors: "uav.rotors.{}", Rotor: "{} of a rotor", Drag: "uav.drag.{}"},
 ]
 """The tables in turn: the parts whose fields they hold, and how those are written."""

@@ -79,7 +79,7 @@ def tendon_tensions(vehicle: Vehicle, bends: ArrayLike, *, gravity: float = 9.81
     ...     {"arm.tendon": [{"angles": [0.0, 2.1, 4.2], "offset": 0.01}]}
     ... )
     >>> ca.tendon_tensions(vehicle, [0.5, 0.0]).tensions.round(1)
-    array([0.7, 0. , 0. ])
+    array([323.7,   0. ,   0. ])
     """
     check_single_vehicle(vehicle, strain=True)
     if not vehicle.tendons:

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import warp as wp
 
+from continuair import checks
 from continuair.engine.compiling import block_of, load, start_warp
 from continuair.engine.factory import Kernels, kernels
 from continuair.engine.lanes import packs_of, struct_rows, table_rows
@@ -26,6 +27,15 @@ from continuair.vehicle.layout import width_of
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
+
+MOST_THREADS = 4096
+"""Most threads of a flight."""
+
+
+def check_threads(threads: Any) -> None:
+    """Raise InputError unless a number of threads can be used; None is that of the processors."""
+    if threads is not None:
+        checks.whole("threads", threads, 1, MOST_THREADS)
 
 
 def check_device(device: object) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from continuair import checks
 from continuair.engine.adaptive import Tolerance
-from continuair.engine.engine import Engine, Start, check_device
+from continuair.engine.engine import Engine, Start, check_device, check_threads
 from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view
 from continuair.flight.cohorts import Flight
@@ -73,8 +73,7 @@ def prepare(
     asked = None if isinstance(step, str) and step == "auto" else checked_step(step)
     duration, sample = _times(scenario, duration, sample)
     check_device(device)
-    if threads is not None:
-        checks.whole("threads", threads, 1)
+    check_threads(threads)
     if method in INTEGRATORS and INTEGRATORS[method].stiff:
         _check_not_stiff(vehicle)
     else:

@@ -190,7 +190,13 @@ class Replay:
 
 
 def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) -> None:
-    """Raise InputError unless recording and test fit the vehicle's sections and rotors."""
+    """Raise InputError unless recording and test fit the vehicle's sections and actuators."""
+    if vehicle.tendons:
+        raise InputError(
+            "vehicle",
+            f"{shown(vehicle.name)} has tendons, whose commands a recording does not hold",
+            "leave arm.tendon out, and record bend moments",
+        )
     if test is not None and vehicle.uav.rotors is not None:
         raise InputError(
             "test",

@@ -77,8 +77,8 @@ class Scenario(Immutable):
         Commanded thrust of each rotor [N]. Default without a controller: those that hold the
         vehicle level at its start.
     tendon_command : array_like or callable, optional
-        Command of each tendon, arm by arm and group by group: a tension above its pretension [N],
-        or a length to take in [m]. Motors start at the command. Default: 0.
+        Command of each tendon, arm by arm and group by group: a tension above its pretension, or a
+        length to take in [N, m]. Motors start at the command. Default: 0.
     rotor_thrust : array_like, optional
         Initial thrust of each rotor, or a row per run [N]. Default: `rotor_command` at the start,
         or else the thrusts that hold the vehicle.

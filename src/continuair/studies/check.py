@@ -19,6 +19,7 @@ from continuair.flight.rotors import hovering_thrusts, lag_rate
 from continuair.vehicle.bending import evenly_bent
 from continuair.vehicle.coordinates import bends_of
 from continuair.vehicle.rotors import Rotors
+from continuair.vehicle.tendon import section_of
 from continuair.vehicle.vehicle import Vehicle
 
 Lines = list[tuple[str, ...]]
@@ -62,6 +63,7 @@ def facts(vehicle: Vehicle, rest: Trim | None) -> Lines:
         ("coupling, 0 to 1", f"{groups['coupling']:.3g}"),
         (f"gravity number g / l ω²{which}", f"{groups['gravity_number']:.3g}"),
         *_of_sections(vehicle),
+        *_of_tendons(vehicle),
         *_angles(vehicle, rest),
         *_of_rotors(vehicle),
         *_of_rates(vehicle),
@@ -96,6 +98,23 @@ def _of_sections(vehicle: Vehicle) -> Lines:
         for arm in vehicle.arms
         for section in arm.section
     ]
+
+
+def _of_tendons(vehicle: Vehicle) -> Lines:
+    """Return, of each group, its tendons and the curvature that one of them causes per newton."""
+    found: Lines = []
+    for arm in vehicle.arms:
+        for group in arm.tendon:
+            last = section_of(group, [section.name for section in arm.section])
+            section = arm.section[last]
+            near, far = (1e3 * each for each in group.offset)
+            bent = group.offset[1] / section.bending_stiffness
+            found.append((
+                f"tendons {arm.name}.{group.name}",
+                f"{group.count} at {near:.3g} to {far:.3g} mm, to section {section.name}, "
+                f"{bent:.3g} rad/m per N there",
+            ))  # fmt: skip
+    return found
 
 
 def _angles(vehicle: Vehicle, rest: Trim | None) -> Lines:

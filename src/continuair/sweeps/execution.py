@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from continuair import checks
-from continuair.engine.engine import check_device
+from continuair.engine.engine import check_device, check_threads
 from continuair.errors import InputError, shown
 from continuair.files import user_path
 from continuair.progress import Progress
@@ -75,8 +75,7 @@ def sweep(
     path = user_path("out", out).absolute()
     found = load_design(design, metrics)
     part, parts = _checked_shard(shard)
-    if threads is not None:
-        checks.whole("threads", threads, 1)
+    check_threads(threads)
     report = progress or (lambda done, total, what: None)
     device = "cuda:0" if device == "cuda" else device
     # The workers of a cluster may have a device that this machine lacks.

@@ -89,7 +89,7 @@ class Section(NamedPart):
     """Poisson's ratio of the backbone, which twist and shear need [-]"""
 
     tendon: tuple[Tendon, ...] = ()
-    """the tendons of an [arm] table, a list of tables ([[arm.tendon]])"""
+    """the tendons of a single section, a list of tables ([[arm.tendon]])"""
 
     kappa_s: NotNegative = 1e-3
     """the curvature below which generalised inputs in polar coordinates use kappa_s in place of

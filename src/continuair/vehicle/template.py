@@ -83,10 +83,10 @@ class Outline:
 def as_template(outline: Outline) -> str:
     """Return the TOML text of a vehicle, with the unit and meaning of every field."""
     if outline.sections == 1:
-        arm = [_ARM + _SECTION, _TIP_DISK]
+        arm = [_ARM + _SECTION, _TIP_DISK, _TENDONS]
     else:
         following = [_NEXT] * (outline.sections - 1)
-        arm = [_ARMS, _FIRST + _SECTION, _DISKS, *following, _TIP_BODY]
+        arm = [_ARMS, _FIRST + _SECTION, _DISKS, *following, _TIP_BODY, _TENDONS]
     text = Template("\n".join([_UAV, *arm, _CAMERA])).substitute(_values(outline))
     return "".join(f"{_aligned(line)}\n" for line in text.splitlines())
 
@@ -234,6 +234,27 @@ _TIP_BODY = """\
 mass = $load  # kg
 centre = [0.0, 0.0, 0.0]  # m, tip axes: z along the tangent, out of the tip
 inertia = [0.0, 0.0, 0.0]  # kg m2, about its own centre; 0 for a point
+"""
+
+_TENDONS = """\
+# Tendons that bend the arm above: equal ones at several angles, as many groups as there are.
+# [[arm.tendon]]
+# angles = [0.0, 2.0944, 4.1888]  # rad, about the backbone, from x towards y
+# offset = 0.01  # m, from the backbone; [0.02, 0.01] for tendons that converge
+# section = "0"  # in which they end; the last if left out
+# end = 0.1  # m, along that section; its length if left out
+# guides = "channel"  # or "disks": straight from disk to disk
+# command = "tension"  # what motors follow; or "length"
+# pretension = 1.0  # N, of a straight arm at a command of 0
+# limits = [0.0, 40.0]  # N, least and greatest tension
+# lag = 0.03  # s, in which a motor follows its command
+# rate = 50.0  # N/s, or m/s of winches
+# friction = 0.1  # -, on the guides
+# friction_stiffness = 2e4  # N/m, before a tendon slides
+# With command = "length", of winches:
+# stiffness = 2e4  # N/m, of tendon and motor in series
+# damping = 10.0  # N s/m, of the same
+# stroke = [-0.02, 0.02]  # m, least and greatest length taken in
 """
 
 _CAMERA = """\

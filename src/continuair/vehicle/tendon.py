@@ -80,8 +80,8 @@ class Tendon(NamedPart):
     through a guide at each section's end"""
 
     command: Literal["tension", "length"] = "tension"
-    """what the motors follow: "tension", added to the pretension [N], or "length", the tendon that
-    a winch has taken in [m]"""
+    """what the motors follow: "tension", added to the pretension, or "length", what a winch takes
+    in of the tendon"""
 
     pretension: NotNegative = 0.0
     """the tension of a straight arm at a command of 0 [N]"""
@@ -95,7 +95,7 @@ class Tendon(NamedPart):
     [s]"""
 
     rate: Positive | None = None
-    """the greatest rate of a motor [N/s], of a winch [m/s]"""
+    """the greatest rate of the motors, needs a lag [N/s, m/s]"""
 
     stroke: Pair | None = None
     """the least and the greatest length that a winch takes in, as 2 numbers [m]"""
