@@ -24,6 +24,7 @@ ENGINES += ("pyelastica", "machinevision-toolbox-python")
 ORDER = (
     "soromox",
     "soromox_strain",
+    "soromox_tendons",
     "mujoco_statics",
     "mujoco_flight",
     "pyelastica",

@@ -53,6 +53,11 @@ if TYPE_CHECKING:
     from continuair.interfaces.ulog import read_ulog as read_ulog
     from continuair.kernels.dynamics import MODELS as MODELS
     from continuair.scenario import paths as paths
+    from continuair.scenario.obstacles import Box as Box
+    from continuair.scenario.obstacles import Cylinder as Cylinder
+    from continuair.scenario.obstacles import Obstacle as Obstacle
+    from continuair.scenario.obstacles import Plane as Plane
+    from continuair.scenario.obstacles import Sphere as Sphere
     from continuair.scenario.scenarios import Scenario as Scenario
     from continuair.scenario.setpoints import Setpoints as Setpoints
     from continuair.scenario.targets import Target as Target
@@ -104,6 +109,11 @@ _HOME = {
     "flight_controller": "controllers.flight",
     "twist_servoing": "controllers.twist_servoing",
     "Setpoints": "scenario.setpoints",
+    "Box": "scenario.obstacles",
+    "Cylinder": "scenario.obstacles",
+    "Obstacle": "scenario.obstacles",
+    "Plane": "scenario.obstacles",
+    "Sphere": "scenario.obstacles",
     "servoing": "controllers.servoing",
     "classic": "controllers.classic",
     "hold": "controllers.hold",

@@ -121,7 +121,7 @@ class Simulation:
                 f"and scenario have {self._flight.runs} runs, but a Simulation needs one",
                 "give one run, or use continuair.simulate",
             )
-        self._vehicle, self._scenario, self._model = vehicle, scenario, model
+        self._vehicle, self._scenario, self._model = self._flight.vehicle, scenario, model
         self._engine, self._step = self._flight.engine(model), float(self._flight.steps[0])
         self._period, self._status, self._ended = period, OK, 0.0
         self._saturation = 0.0

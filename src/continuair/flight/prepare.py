@@ -18,6 +18,7 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view
 from continuair.flight.cohorts import Flight
 from continuair.flight.inputs import sample_inputs
+from continuair.flight.obstacles import beside_obstacles, check_outside
 from continuair.flight.rotors import check_air_and_rotors, rotor_speeds, with_rotors_running
 from continuair.flight.steps import automatic_step, steps_of
 from continuair.flight.tendons import check_commands, check_taut, tendons_at_start
@@ -61,6 +62,7 @@ def prepare(
     if not strain:
         check_arcs(vehicle)
     check_scenario(scenario)
+    vehicle = beside_obstacles(vehicle, scenario)
     if scenario.force_callback is not None and not with_callback:
         raise InputError(
             "scenario",
@@ -112,6 +114,7 @@ def prepare(
     marks = marks_of(duration, sample, scenario.jumps, scenario.period, late, knots)
     check_view(coupled, scenario, start)
     check_taut(coupled, scenario, start)
+    check_outside(coupled, scenario, start)
     return Flight(
         vehicle,
         scenario,

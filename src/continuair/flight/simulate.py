@@ -32,7 +32,7 @@ from continuair.flight.resolution import (
 )
 from continuair.flight.rollout import record, working_bytes
 from continuair.flight.trajectory import (
-    OF_ROTORS,
+    NEEDS,
     OF_SECTION,
     OF_STRAIN,
     VARIABLES,
@@ -220,20 +220,8 @@ def _checked_names(
                 f"has {name}, but vehicle {shown(vehicle.name)} has no arm",
                 "omit it, or give the vehicle a table [arm]",
             )
-        if name == "term_energy" and name not in default_variables(vehicle, scenario):
+        if name in NEEDS and name not in default_variables(vehicle, scenario):
             raise InputError(
-                "variables",
-                "has term_energy, which needs a term with an energy in the vehicle",
-                "omit it",
-            )
-        if name in OF_ROTORS and name not in default_variables(vehicle, scenario):
-            raise InputError(
-                "variables",
-                (
-                    f"has {name}, which needs "
-                    f"[uav.rotors]{' with a radius' * (name == 'rotor_power')} in the "
-                    "vehicle"
-                ),
-                "give that, or omit it",
+                "variables", f"has {name}, which needs {NEEDS[name]}", "give that, or omit it"
             )
     return names

@@ -81,6 +81,7 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
         "1",
         "largest commanded thrust beyond a rotor's limits, in parts of their range",
     ),
+    "contact_force": ("axis", "N", "force of all obstacles on each arm, world axes"),
     "tendon_tension": ("tendon", "N", "tension of each tendon at its motor"),
     "tendon_end_tension": ("tendon", "N", "tension of each tendon in its last stretch"),
     "tendon_length": ("tendon", "m", "length of each tendon's path from the base to its end"),
@@ -125,7 +126,23 @@ OF_ROTORS = frozenset({"rotor_thrust", "rotor_power", "saturation"})
 OF_TENDONS = frozenset(TENDON_VARIABLES)
 """Variables of a vehicle with tendons."""
 
-OBSERVED_VARIABLES = frozenset(observed_columns(1, energies=True)) | OF_ROTORS | OF_TENDONS
+OF_CONTACT = frozenset({"contact_force"})
+"""Variables of a scenario with obstacles."""
+
+OBSERVED_VARIABLES = (
+    frozenset(observed_columns(1, energies=True)) | OF_ROTORS | OF_TENDONS | OF_CONTACT
+)
+
+NEEDS = (
+    dict.fromkeys(OF_ROTORS, "[uav.rotors] in the vehicle")
+    | dict.fromkeys(OF_TENDONS, "[[arm.tendon]] in the vehicle")
+    | dict.fromkeys(OF_CONTACT, "obstacles in the scenario")
+    | {
+        "rotor_power": "[uav.rotors] with a radius in the vehicle",
+        "term_energy": "obstacles, or a term with an energy in the vehicle",
+    }
+)
+"""Variable -> what only some flights have."""
 
 OF_SECTION = ("bend", "bend_rate")
 """Variables that each arc has, of vehicles whose sections are all arcs."""
@@ -319,7 +336,7 @@ class Recorder:
             return {}
         if name in OF_SECTION:
             return {"section": vehicle.sections}
-        return {"arm": len(vehicle.arms)} if name in OF_ARM else {}
+        return {"arm": len(vehicle.arms)} if name in {*OF_ARM, *OF_CONTACT} else {}
 
     def _variable(self, name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
         """Return a variable of a Dataset: dimensions, values, attributes."""
@@ -451,7 +468,9 @@ def default_variables(vehicle: Vehicle, scenario: Scenario) -> tuple[str, ...]:
         absent |= {"rotor_power"}
     if not vehicle.tendons:
         absent |= OF_TENDONS
-    if not any(term.has_energy for term in terms_of(vehicle)):
+    if not scenario.obstacles:
+        absent |= OF_CONTACT
+    if not scenario.obstacles and not any(term.has_energy for term in terms_of(vehicle)):
         absent |= {"term_energy"}
     if scenario.controller is None:
         absent |= {"command"}

@@ -20,6 +20,7 @@ from continuair import checks
 from continuair.controllers.controller import Controller
 from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
+from continuair.scenario.obstacles import Obstacle
 from continuair.scenario.records import with_known_fields
 from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
@@ -101,6 +102,8 @@ class Scenario(Immutable):
         Seed of the noise of camera and sensors: one for all runs, or one per run.
     setpoints : Setpoints, optional
         Set-points of a flight controller. Default: the start.
+    obstacles : sequence of Obstacle, optional
+        Solid objects that the arms touch: `Plane`, `Sphere`, `Box`, `Cylinder`.
     force_callback : callable, optional
         Python function f(t, state) that returns a `Wrench`, or several. They add to the inputs and
         are held between calls. It is slow.
@@ -139,6 +142,7 @@ class Scenario(Immutable):
     target: Target | Sequence[Target] | None = None
     seed: int | Sequence[int] = 0
     setpoints: Setpoints | None = None
+    obstacles: Sequence[Obstacle] = ()
     force_callback: Callable[[float, FlightState], Wrench | Sequence[Wrench]] | None = None
     callback_rate: float = 1000.0
 
@@ -162,6 +166,7 @@ class Scenario(Immutable):
         checked["duration"] = checks.positive("duration", self.duration, " [s]")
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
         checked["gravity"] = checks.gravity(self.gravity)
+        checked["obstacles"] = _obstacles(self.obstacles)
         checked["seed"] = checks.seed(self.seed, _LARGEST_SEED)
         if self.control_period is not None:
             otherwise = " [s], or None to evaluate the controller at every stage"
@@ -405,6 +410,21 @@ def _thrusts(value: Any) -> Array | None:
             "give a finite thrust of 0 or more for each rotor [N], or a row of them per run",
         )
     return array
+
+
+def _obstacles(value: Any) -> tuple[Obstacle, ...]:
+    """Return obstacles as a tuple, or raise InputError."""
+    given = [value] if isinstance(value, Obstacle) else value
+    kinds_fit = isinstance(given, (list, tuple)) and all(
+        isinstance(each, Obstacle) and each.shape for each in given
+    )
+    if not kinds_fit:
+        raise InputError(
+            "obstacles",
+            f"is {shown(value)}",
+            "give continuair.Plane, Sphere, Box or Cylinder, or a list of them",
+        )
+    return tuple(given)
 
 
 def _jumps(value: Any, duration: float) -> tuple[float, ...]:

@@ -9,6 +9,7 @@ from continuair.kernels.device import Device
 from continuair.kernels.term_sum import Acting
 from continuair.terms.actuator_wrench import ActuatorWrench
 from continuair.terms.arm_drag import ArmDrag
+from continuair.terms.contact import Contact
 from continuair.terms.paper_torques import PaperTorques
 from continuair.terms.rotor_drag import RotorDrag
 from continuair.terms.rotors import RotorThrusts
@@ -91,6 +92,7 @@ __all__ = [
     "TERMS",
     "Acting",
     "ArmDrag",
+    "Contact",
     "Device",
     "ActuatorWrench",
     "PaperTorques",
