@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from continuair.scenario.obstacles import Obstacle as Obstacle
     from continuair.scenario.obstacles import Plane as Plane
     from continuair.scenario.obstacles import Sphere as Sphere
+    from continuair.scenario.payload import Payload as Payload
     from continuair.scenario.scenarios import Scenario as Scenario
     from continuair.scenario.setpoints import Setpoints as Setpoints
     from continuair.scenario.targets import Target as Target
@@ -113,6 +114,7 @@ _HOME = {
     "Cylinder": "scenario.obstacles",
     "Obstacle": "scenario.obstacles",
     "Plane": "scenario.obstacles",
+    "Payload": "scenario.payload",
     "Sphere": "scenario.obstacles",
     "servoing": "controllers.servoing",
     "classic": "controllers.classic",

@@ -32,7 +32,8 @@ def tree_of(vehicle: Vehicle) -> Tree:
     arms, straight = vehicle.arms, np.array([0.0, 0.0, 0.0, 1.0])
     return Tree(
         tuple(tuple(kind_of(section) for section in arm.section) for arm in arms),
-        bodies=any(arm.tip is not None for arm in arms),
+        bodies=any(arm.tip is not None for arm in arms)
+        or any(term.carries for term in terms_of(vehicle)),
         turned=any((np.asarray(arm.attitude) != straight).any() for arm in arms),
         camera_arm=vehicle.camera_arm,
         terms=compiled_terms(vehicle),

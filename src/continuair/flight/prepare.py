@@ -18,8 +18,8 @@ from continuair.errors import InputError, shown
 from continuair.flight.camera_timing import check_view
 from continuair.flight.cohorts import Flight
 from continuair.flight.inputs import sample_inputs
-from continuair.flight.obstacles import beside_obstacles, check_outside
 from continuair.flight.rotors import check_air_and_rotors, rotor_speeds, with_rotors_running
+from continuair.flight.scene import check_outside, in_scene, payload_at_start
 from continuair.flight.steps import automatic_step, steps_of
 from continuair.flight.tendons import check_commands, check_taut, tendons_at_start
 from continuair.flight.time_grid import call_times, check_marks, check_steps, marks_of
@@ -62,7 +62,7 @@ def prepare(
     if not strain:
         check_arcs(vehicle)
     check_scenario(scenario)
-    vehicle = beside_obstacles(vehicle, scenario)
+    vehicle = in_scene(vehicle, scenario)
     if scenario.force_callback is not None and not with_callback:
         raise InputError(
             "scenario",
@@ -102,7 +102,11 @@ def prepare(
     rates = np.broadcast_to(qd, np.broadcast_shapes(q.shape, qd.shape))
     at = np.broadcast_to(q, rates.shape)
     states = state_from_paper(at, rates, coupled.layout)
-    own = rotor_speeds(vehicle, scenario), tendons_at_start(vehicle, scenario, coupled.layout)
+    own = (
+        rotor_speeds(vehicle, scenario),
+        tendons_at_start(vehicle, scenario, coupled.layout),
+        payload_at_start(scenario, coupled.layout),
+    )
     parts = states, *own, branches_of(q, coupled.layout)
     *state, branches = (np.broadcast_to(each, (runs, each.shape[1])) for each in parts)
     start = Start(np.hstack(state), branches)

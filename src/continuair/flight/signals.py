@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -82,8 +83,18 @@ def inputs_of(
             np.broadcast_to(constants, (max(len(rows), len(constants)), layout.inputs))
         )
         constants[:, columns] += sign * rows
+    tracks += _switches(scenario, duration)
     tracks += _beside(constants, tracks, duration)
     return Inputs(constants, tuple(tracks), groups, scenario.gravity)
+
+
+def _switches(scenario: Scenario, duration: float) -> list[Track]:
+    """Return a track of zeros with a breakpoint where a payload is picked up or released."""
+    if scenario.payload is None:
+        return []
+    times = np.array(scenario.payload.within((), duration))
+    none = constant([0.0], duration)
+    return [Track(replace(none, breaks=(times,)), np.zeros(1, int))]
 
 
 def _beside(constants: Array, tracks: list[Track], duration: float) -> list[Track]:

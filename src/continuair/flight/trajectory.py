@@ -82,6 +82,8 @@ VARIABLES: dict[str, tuple[str, str, str]] = {
         "largest commanded thrust beyond a rotor's limits, in parts of their range",
     ),
     "contact_force": ("axis", "N", "force of all obstacles on each arm, world axes"),
+    "payload": ("", "1", "1 while a tip carries the payload"),
+    "payload_impulse": ("axis", "N s", "impulse of the payload on the tip so far, world axes"),
     "tendon_tension": ("tendon", "N", "tension of each tendon at its motor"),
     "tendon_end_tension": ("tendon", "N", "tension of each tendon in its last stretch"),
     "tendon_length": ("tendon", "m", "length of each tendon's path from the base to its end"),
@@ -129,6 +131,9 @@ OF_TENDONS = frozenset(TENDON_VARIABLES)
 OF_CONTACT = frozenset({"contact_force"})
 """Variables of a scenario with obstacles."""
 
+OF_PAYLOAD = frozenset({"payload", "payload_impulse"})
+"""Variables of a scenario with a payload, which are states."""
+
 OBSERVED_VARIABLES = (
     frozenset(observed_columns(1, energies=True)) | OF_ROTORS | OF_TENDONS | OF_CONTACT
 )
@@ -137,6 +142,7 @@ NEEDS = (
     dict.fromkeys(OF_ROTORS, "[uav.rotors] in the vehicle")
     | dict.fromkeys(OF_TENDONS, "[[arm.tendon]] in the vehicle")
     | dict.fromkeys(OF_CONTACT, "obstacles in the scenario")
+    | dict.fromkeys(OF_PAYLOAD, "a payload in the scenario")
     | {
         "rotor_power": "[uav.rotors] with a radius in the vehicle",
         "term_energy": "obstacles, or a term with an energy in the vehicle",
@@ -403,6 +409,8 @@ def values_of(name: str, logs: Logs, flight: Flight, runs: NDArray[np.intp]) -> 
     if name in OBSERVED_VARIABLES:
         return (_observed(name, logs, flight, runs),)
     log = logs.log
+    if name in OF_PAYLOAD:
+        return (log[..., layout.of_state[name]],)
     if name in _LOGGED:
         return (log[..., getattr(layout, _LOGGED[name])],)
     attitude = log[..., layout.attitude]
@@ -470,6 +478,8 @@ def default_variables(vehicle: Vehicle, scenario: Scenario) -> tuple[str, ...]:
         absent |= OF_TENDONS
     if not scenario.obstacles:
         absent |= OF_CONTACT
+    if scenario.payload is None:
+        absent |= OF_PAYLOAD
     if not scenario.obstacles and not any(term.has_energy for term in terms_of(vehicle)):
         absent |= {"term_energy"}
     if scenario.controller is None:

@@ -80,6 +80,7 @@ def adaptive_kernel(
     rate_of, excess_of = dynamics.rate_of, dynamics.loads.excess_of
     misdirected, coarse = dynamics.loads.misdirected, numbers.precision == "float32"
     limited, misleading = excess_of is not None, misdirected is not None
+    switched, switches = dynamics.switched, dynamics.switched is not None
     settled, remembers = dynamics.loads.settled, dynamics.loads.settled is not None
     zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     last_node, almost = Real(1.0 - 1e-6), Real(1.0 + 1e-6)
@@ -193,6 +194,15 @@ def adaptive_kernel(
         p.ended = p.ended + above(p.ended, zero, zero, gone)
         p.fresh = one
         p.waiting = above(p.ended, zero, zero, one)
+
+    @wp.func
+    def begin_step(flight: Flight, p: wp.ref[Progress]):
+        """Switch terms, such as a payload that is picked up."""
+        y, now = switched(p.y, flight, p.t)
+        now = now * p.waiting
+        if any_above(now, half):
+            p.y = mixed(now, y, p.y)
+            p.fresh = above(now, half, one, p.fresh)
 
     @wp.func
     def attempt(
@@ -395,6 +405,8 @@ def adaptive_kernel(
             tick = Real(ticks.ends[i])
             begin_tick(i, course, flight, pilot, p, log)
             while any_above(p.waiting, half):
+                if wp.static(switches):
+                    begin_step(flight, p)
                 tried = attempt(course, flight, pilot, p, allowed, tick)
                 choose_step(course, p, tried)
                 if any_above(tried.good, half):

@@ -21,6 +21,7 @@ import warp as wp
 from continuair.device.numbers import Numbers
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code
+from continuair.kernels.arm.rigid import rigid_code
 from continuair.kernels.elimination import elimination_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.term_sum import acting_code
@@ -56,6 +57,9 @@ class Dynamics:
     computes the recursion along the arms. freezes: whether rate_of reads `Flight.frozen`, values of
     the initial state. bias: its kind, of kernels/arm/chain.py. couples: whether the mass matrix has
     the blocks between UAV and arms.
+
+    laden_of(flight, y): the flight with the bodies that terms add. switched(y, flight, time): the
+    state after a switch of terms, and 1 where there is one. None without such terms.
     """
 
     model: str
@@ -66,6 +70,8 @@ class Dynamics:
     accelerations_of: Any
     rates: Any
     rate_of: Any
+    laden_of: Any
+    switched: Any
     loads: Any
 
 
@@ -219,4 +225,66 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
 
         rate_of = rate_with_states
 
+    laden_of = switched = None
+    if loads.laden is not None:
+        laden_of = _laden_code(numbers, tree, freezes)
+        unladen_rate = rate_of
+
+        @wp.func
+        def laden_rate(y: State, along: Along, flight: Flight, row: int, push: Push):
+            """Return dy/dt with the bodies that terms add."""
+            return unladen_rate(y, along, laden_of(flight, y), row, push)
+
+        rate_of = laden_rate
+
+    if loads.switch is not None:
+        switch, V = loads.switch, layout.velocity.start
+
+        @wp.func
+        def switched(y: State, flight: Flight, time: Real):
+            """Return the state after a switch, with the velocities that its impulse leaves, and 1
+            where there is a switch."""
+            end, impulse, now = switch(y, flight, time)
+            seen = laden_of(flight, end)
+            total = total_of(end, seen.coefficients, seen.plant, seen.vehicle)
+            pushed = accelerations_of(end, seen, total, impulse)
+            still = accelerations_of(end, seen, total, Load())
+            along = wp.quat_rotate(attitude_of(end), pushed.base - still.base)
+            for j in range(3):
+                end[V + j] = end[V + j] + now * along[j]
+                end[W + j] = end[W + j] + now * (pushed.spin[j] - still.spin[j])
+            for j in range(bends):
+                end[DB + j] = end[DB + j] + now * (pushed.bend[j] - still.bend[j])
+            return end, now
+
     return holding(Dynamics, locals())
+
+
+def _laden_code(numbers: Numbers, tree: Tree, freezes: bool) -> Any:
+    """Return the function of the flight with the bodies that terms add.
+
+    Of a vehicle with frozen arms they are points at the tips.
+    """
+    types, structs = device_types(numbers, tree), flight_code(numbers, tree)
+    rigid, laden = rigid_code(numbers, tree), acting_code(numbers, tree, freezes).laden
+    State, Flight, vec3, mat33 = types.State, structs.Flight, types.vec3, types.mat33
+    between, inverse_of, arms = rigid.between, rigid.inverse_of, len(tree.sections)
+
+    @wp.func
+    def laden_of(flight: Flight, y: State):
+        out = flight
+        out.plant = laden(flight.plant, y)
+        if wp.static(freezes):
+            tips = flight.frozen.tips
+            for arm in range(arms):
+                added = out.plant.body_mass[arm] - flight.plant.body_mass[arm]
+                tip = vec3(tips[arm, 0], tips[arm, 1], tips[arm, 2])
+                out.frozen.moment += added * tip
+                out.frozen.inertia += between(tip, vec3(), added, mat33())
+            c = out.frozen.moment / out.plant.mass
+            out.frozen.inverse = inverse_of(
+                out.frozen.inertia - between(c, vec3(), out.plant.mass, mat33())
+            )
+        return out
+
+    return laden_of

@@ -175,6 +175,7 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     elastic_energy = at["elastic_energy"]
     linear_momentum, angular_momentum = at["linear_momentum"], at["angular_momentum"]
     coupled, freezes = dynamics.model == "coupled", dynamics.freezes
+    laden_of, loads = dynamics.laden_of, dynamics.laden_of is not None
     bends, arms = layout.bends, layout.arms
 
     @wp.func
@@ -199,16 +200,19 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
         pack, sample = wp.tid()
         run = pack * lanes
         flight = flight_of(vehicles, drive, run)
-        plant = flight.plant
-        y = load_state(log, run, sample, plant.unit)
+        y = load_state(log, run, sample, flight.plant.unit)
         begun = y
         if wp.static(freezes):
-            begun = load_state(log, run, 0, plant.unit)
+            begun = load_state(log, run, 0, flight.plant.unit)
             flight.frozen = freeze(flight, begun)
+        unladen = flight
+        if wp.static(loads):
+            flight = laden_of(flight, y)
+        plant = flight.plant
         row = sample * flight.stride
         along = logged_along(log, run, sample)
         push = logged_push(log, run, sample)
-        dy = rate_of(y, along, flight, row, push)
+        dy = rate_of(y, along, unladen, row, push)
         observe_arms(out, sample, y, dy, begun, along, flight, row, push)
 
         p, q, w, m = position_of(y), attitude_of(y), spin_of(y), plant.mass

@@ -50,7 +50,8 @@ def rollout_kernel(
     zero, one, excess_of = Real(0.0), Real(1.0), dynamics.loads.excess_of
     unseen, overturned = Real(float(UNSEEN)), Real(float(OVERTURNED))
     limited, settled = excess_of is not None, dynamics.loads.settled
-    remembers = settled is not None
+    remembers, switched = settled is not None, dynamics.switched
+    switches = switched is not None
 
     @wp.kernel(name=name, enable_backward=False, module="unique", module_options=code.options)
     def rollout(
@@ -81,6 +82,8 @@ def rollout_kernel(
         excess = Real(0.0)
         for i in range(count):
             time = Real(steps.starts[i])
+            if wp.static(switches):
+                y, now = switched(y, flight, time)
             decision = decide(i, time, y, branch.direction, flight, pilot, push)
             push = decision.push
             if due >= 0:

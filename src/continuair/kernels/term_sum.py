@@ -38,6 +38,13 @@ class Acting:
     settled : wp.Function, optional
         ``settled(y, flight, row, push)``: the state after an accepted step, with the step memory of
         the term updated: states of its own that tell what it has passed through.
+    laden : wp.Function, optional
+        ``laden(plant, y)``: the parameters of the vehicle in a state, with the body that the term
+        adds to a tip.
+    switch : wp.Function, optional
+        ``switch(y, flight, time) -> (State, Load, Real)`` at the start of a step: the state with
+        the memory of the term switched, the impulse on the vehicle that this causes [N s, N m s],
+        and 1 where it switches.
     energy : wp.Function, optional
         ``energy(y, flight, row)``: potential energy [J].
     """
@@ -48,6 +55,8 @@ class Acting:
     excess: wp.Function | None = None
     misdirected: wp.Function | None = None
     settled: wp.Function | None = None
+    laden: wp.Function | None = None
+    switch: wp.Function | None = None
     energy: wp.Function | None = None
 
 
@@ -66,6 +75,8 @@ class ActingCode:
     excess_of: Any
     misdirected: Any
     settled: Any
+    laden: Any
+    switch: Any
 
 
 @cache
@@ -73,6 +84,7 @@ def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
     """Return the sums; frozen_arm: loads act on an arm whose base stays at its initial pose."""
     types, loads = device_types(numbers, tree), load_code(numbers, tree)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
+    Plant = types.Plant
     Flight, Load, plus = flight_code(numbers, tree).Flight, loads.Load, loads.plus
     parts = [term.device(Device(numbers, tree, frozen_arm)) for term in tree.terms]
     arms = len(tree.sections)
@@ -136,6 +148,24 @@ def acting_code(numbers: Numbers, tree: Tree, frozen_arm: bool) -> ActingCode:
 
         return found
 
+    def more(first: Any, second: Any) -> Any:
+        @wp.func
+        def laden(plant: Plant, y: State):
+            return second(first(plant, y), y)
+
+        return laden
+
+    def switched(first: Any, second: Any) -> Any:
+        @wp.func
+        def found(y: State, flight: Flight, time: Real):
+            begun, load, now = first(y, flight, time)
+            end, also, then = second(begun, flight, time)
+            return end, plus(load, also), wp.max(now, then)
+
+        return found
+
+    laden = _folded(more, [part.laden for part in parts])
+    switch = _folded(switched, [part.switch for part in parts])
     with_rates = _folded(rated, [part.rates for part in parts])
     excess_of = _folded(larger, [part.excess for part in parts])
     misdirected = _folded(worse, [part.misdirected for part in parts])

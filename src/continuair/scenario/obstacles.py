@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
@@ -43,6 +44,12 @@ class Obstacle(Immutable):
     friction: float = 0.0
     slip_speed: float = 0.01
 
+    def __init_subclass__(cls) -> None:
+        """Add the parameters that all shapes share to the docstring of a shape."""
+        shared = inspect.cleandoc(Obstacle.__doc__ or "").split("-" * 10)[1].split("Raises")[0]
+        before, rule, own = inspect.cleandoc(cls.__doc__ or "").partition("-" * 10)
+        cls.__doc__ = f"{before}{rule}\n{shared.strip()}{own}\n"
+
     def __post_init__(self) -> None:
         for each in fields(self):
             value, name = getattr(self, each.name), f"{type(self).__name__}.{each.name}"
@@ -77,8 +84,14 @@ class Obstacle(Immutable):
         """
         raise NotImplementedError
 
-    def describe(self) -> dict[str, Any]:
-        """Return the shape and all fields, for JSON."""
+    def describe(self) -> dict[str, object]:
+        """Return the shape and all fields.
+
+        Returns
+        -------
+        dict of str to object
+            Values for JSON.
+        """
         return {"shape": self.shape} | {
             each.name: getattr(self, each.name) for each in fields(self)
         }
@@ -110,7 +123,13 @@ class Plane(Obstacle):
     normal: ArrayLike = (0.0, 0.0, 1.0)
 
     def placed(self) -> tuple[float, ...]:
-        """Return the point and the attitude whose z is the normal, as `Obstacle.placed`."""
+        """Return the point and the attitude whose z is the normal, as `Obstacle.placed`.
+
+        Returns
+        -------
+        tuple of float
+            Ten numbers.
+        """
         n = _unit("normal", np.array(self.normal))
         # The shortest turn from z; from -z half a turn about x.
         turn = np.array([-n[1], n[0], 0.0, 1.0 + n[2]])
@@ -138,7 +157,13 @@ class Sphere(Obstacle):
     radius: float
 
     def placed(self) -> tuple[float, ...]:
-        """Return the centre and the radius, as `Obstacle.placed`."""
+        """Return the centre and the radius, as `Obstacle.placed`.
+
+        Returns
+        -------
+        tuple of float
+            Ten numbers.
+        """
         return (*np.array(self.centre).tolist(), *UPRIGHT, self.radius, 0.0, 0.0)
 
 
@@ -163,7 +188,13 @@ class Box(Obstacle):
     attitude: ArrayLike = UPRIGHT
 
     def placed(self) -> tuple[float, ...]:
-        """Return centre, attitude and half lengths, as `Obstacle.placed`."""
+        """Return centre, attitude and half lengths, as `Obstacle.placed`.
+
+        Returns
+        -------
+        tuple of float
+            Ten numbers.
+        """
         half = 0.5 * np.array(self.size)
         return (*np.array(self.centre).tolist(), *np.array(self.attitude).tolist(), *half.tolist())
 
@@ -192,6 +223,12 @@ class Cylinder(Obstacle):
     attitude: ArrayLike = UPRIGHT
 
     def placed(self) -> tuple[float, ...]:
-        """Return centre, attitude, radius and half length, as `Obstacle.placed`."""
+        """Return centre, attitude, radius and half length, as `Obstacle.placed`.
+
+        Returns
+        -------
+        tuple of float
+            Ten numbers.
+        """
         place = np.array(self.centre).tolist(), np.array(self.attitude).tolist()
         return (*place[0], *place[1], self.radius, 0.5 * self.length, 0.0)

@@ -21,6 +21,7 @@ from continuair.controllers.controller import Controller
 from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
 from continuair.scenario.obstacles import Obstacle
+from continuair.scenario.payload import Payload
 from continuair.scenario.records import with_known_fields
 from continuair.scenario.setpoints import Setpoints
 from continuair.scenario.targets import Target
@@ -104,6 +105,8 @@ class Scenario(Immutable):
         Set-points of a flight controller. Default: the start.
     obstacles : sequence of Obstacle, optional
         Solid objects that the arms touch: `Plane`, `Sphere`, `Box`, `Cylinder`.
+    payload : Payload, optional
+        A body that a tip picks up and releases.
     force_callback : callable, optional
         Python function f(t, state) that returns a `Wrench`, or several. They add to the inputs and
         are held between calls. It is slow.
@@ -143,6 +146,7 @@ class Scenario(Immutable):
     seed: int | Sequence[int] = 0
     setpoints: Setpoints | None = None
     obstacles: Sequence[Obstacle] = ()
+    payload: Payload | None = None
     force_callback: Callable[[float, FlightState], Wrench | Sequence[Wrench]] | None = None
     callback_rate: float = 1000.0
 
@@ -167,6 +171,12 @@ class Scenario(Immutable):
         checked["jumps"] = _jumps(self.jumps, checked["duration"])
         checked["gravity"] = checks.gravity(self.gravity)
         checked["obstacles"] = _obstacles(self.obstacles)
+        if self.payload is not None and not isinstance(self.payload, Payload):
+            raise InputError(
+                "payload", f"is {shown(self.payload)}", "give one continuair.Payload(mass=...)"
+            )
+        if self.payload is not None:
+            checked["jumps"] = self.payload.within(checked["jumps"], checked["duration"])
         checked["seed"] = checks.seed(self.seed, _LARGEST_SEED)
         if self.control_period is not None:
             otherwise = " [s], or None to evaluate the controller at every stage"

@@ -11,6 +11,7 @@ from continuair.terms.actuator_wrench import ActuatorWrench
 from continuair.terms.arm_drag import ArmDrag
 from continuair.terms.contact import Contact
 from continuair.terms.paper_torques import PaperTorques
+from continuair.terms.payload import CarriedBody
 from continuair.terms.rotor_drag import RotorDrag
 from continuair.terms.rotors import RotorThrusts
 from continuair.terms.tendons import Tendons
@@ -92,6 +93,7 @@ __all__ = [
     "TERMS",
     "Acting",
     "ArmDrag",
+    "CarriedBody",
     "Contact",
     "Device",
     "ActuatorWrench",

@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 import warp as wp
 
 from continuair.device.arguments import arguments
-from continuair.device.numbers import number_code
+from continuair.device.numbers import Numbers, number_code
+from continuair.device.types import Tree
 from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load_along import along_code
@@ -88,7 +89,7 @@ class Contact(Term):
             energy = and_arm(energy, arm)
         return Acting(on_arm=lambda arm: loads[arm].load, energy=energy)
 
-    def observer(self, numbers: Any, tree: Any) -> wp.Kernel:
+    def observer(self, numbers: Numbers, tree: Tree) -> wp.Kernel:
         """Return the kernel of forces along a log.
 
         Parameters

@@ -118,6 +118,8 @@ class Term(Effect):
     flown : tuple of str, default ()
         Fields of `parameters` that must be equal in a controller's nominal model and in the
         simulated vehicle.
+    carries : bool, default False
+        Whether it adds a body to a tip in flight, by `Acting.laden`.
     stiff : bool, default True
         Whether it may change faster than the steps of ``method="implicit"``. That method
         evaluates terms explicitly and rejects a stiff one.
@@ -176,6 +178,7 @@ class Term(Effect):
     has_energy: ClassVar[bool] = False
     flown: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True
+    carries: ClassVar[bool] = False
 
     @classmethod
     def of(cls, vehicle: Vehicle) -> Self | None:
