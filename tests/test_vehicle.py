@@ -31,7 +31,10 @@ arms = st.builds(Section, length=lengths, radius=radii, density=densities, young
 
 
 def test_paper_preset_holds_values_that_the_paper_sweeps_and_our_choices() -> None:
-    assert preset_names() == ("dual_arm", "paper", "slender", "table1", "two_section")
+    assert preset_names() == (
+        "aet", "dual_arm", "dual_arm_hex", "paper", "rao", "slender", "table1", "tentacle",
+        "two_section", "x500_trunk",
+    )  # fmt: skip
     assert PAPER.uav.mass == 2.0
     np.testing.assert_array_equal(PAPER.uav.inertia, np.diag([0.024, 0.024, 0.047]))
     arm = PAPER.arm

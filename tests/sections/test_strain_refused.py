@@ -27,6 +27,7 @@ USE_IT = {
     "flight_controller",
     "hold",
     "rigid_inertia",
+    "tendon_tensions",
 }
 """Functions that sections of any kind can be given to."""
 

@@ -127,7 +127,8 @@ def test_a_flight_controller_bends_the_arm_by_its_tendons() -> None:
         {"angles": [0.0, 2.1, 4.2], "offset": 0.01, "section": part, "pretension": 1.0,
          "limits": [0.5, 60.0]} for part in ("0", "1")
     ]  # fmt: skip
-    groups[0]["angles"] = groups[1]["angles"] = (2.0 * np.pi / 3.0 * np.arange(3)).tolist()
+    # Rounded as in a file.
+    groups[0]["angles"] = groups[1]["angles"] = [0.0, 2.0944, 4.1888]
     vehicle = bare.replace({"arm.0.tendon": groups, "uav.rotors": ROTORS})
     law = ca.flight_controller(vehicle)
     goal = [0.8, 0.0, -0.4, 0.5]

@@ -49,7 +49,7 @@ def _table(columns: list[str], rows: list[list[str]], folded: bool) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     short = {"task", "test", "setting", "letter", "model"}
     words = {*short, "verdict", "name", columns[0]}
-    lists = {"", "rad/s"}  # they fold between their numbers
+    lists = {"", "rad/s", "EI [N m²]"}  # they fold between their numbers
     for index, column in enumerate(columns):
         is_word = column in words
         justify: Literal["left", "right"] = "left" if is_word else "right"

@@ -53,6 +53,12 @@ def _carried(vehicle: Vehicle, payload: Payload) -> Term:
             f"is {shown(payload.arm)}, but the vehicle has the arms {', '.join(names)}",
             "give the name or index of one of them",
         )
+    if payload.runs is not None and vehicle.runs not in (None, payload.runs):
+        raise InputError(
+            "scenario.payload.mass",
+            f"has {payload.runs} runs, but the vehicle has {vehicle.runs}",
+            "give equally many, or one for all",
+        )
     first = sum(vehicle.shape[:arm])
     attach = payload.attach or 0.0
     release = _NEVER if payload.release is None else payload.release - _EARLIER

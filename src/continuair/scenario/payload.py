@@ -87,12 +87,30 @@ class Payload(Immutable):
             )
 
     @property
+    def runs(self) -> int | None:
+        """Return the number of runs of a batch of masses, else None."""
+        return len(self.mass) if isinstance(self.mass, np.ndarray) else None
+
+    @property
     def at_start(self) -> bool:
         """Return whether it is carried from the start."""
         return self.place is None and not self.attach
 
     def within(self, jumps: tuple[float, ...], duration: float) -> tuple[float, ...]:
-        """Return the jumps of a flight with the times of pick-up and release inside of it [s]."""
+        """Return the jumps of a flight, with the times of pick-up and release.
+
+        Parameters
+        ----------
+        jumps : tuple of float
+            Times at which inputs jump [s].
+        duration : float
+            Duration of the flight [s].
+
+        Returns
+        -------
+        tuple of float
+            Times inside the flight, in order [s].
+        """
         own = {time for time in (self.attach, self.release) if time and time < duration}
         return tuple(sorted({*jumps, *own}))
 

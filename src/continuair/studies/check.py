@@ -14,8 +14,8 @@ from continuair.analysis.modes import Base, modes
 from continuair.analysis.trim import Trim, trim
 from continuair.engine.engine import Engine
 from continuair.errors import InputError
-from continuair.flight.frequencies import fastest_rate
-from continuair.flight.rotors import hovering_thrusts, lag_rate
+from continuair.flight.rotors import hovering_thrusts
+from continuair.flight.steps import automatic_step
 from continuair.vehicle.bending import evenly_bent
 from continuair.vehicle.coordinates import bends_of
 from continuair.vehicle.rotors import Rotors
@@ -187,13 +187,12 @@ def _told(vehicle: Vehicle, q: np.ndarray, base: Base, gravity: float) -> tuple[
 
 
 def _of_rates(vehicle: Vehicle) -> Lines:
-    straight = [0.0] * vehicle.layout.coordinates
-    fastest = float(
-        np.fmax(fastest_rate(Engine(vehicle, "coupled"), straight), lag_rate(vehicle))[0]
-    )
+    straight = np.zeros(vehicle.layout.coordinates)
+    step = float(automatic_step(Engine(vehicle, "coupled"), straight).min())
+    fastest = PHASE / step
     return [
         ("fastest rate, with damping", f"{fastest:.4g} 1/s"),
-        (f"fixed step of RK4, {PHASE:g} over it", f"{1e3 * PHASE / fastest:.3g} ms"),
+        (f"fixed step of RK4, {PHASE:g} over it", f"{1e3 * step:.3g} ms"),
     ]
 
 

@@ -35,12 +35,12 @@ from continuair.vehicle.tendon_path import (
     straight_lengths,
     stretches,
 )
-from continuair.vehicle.tendon_sharing import lifts, shares_of
+from continuair.vehicle.tendon_sharing import lifts_of, shares_of
 from continuair.vehicle.vehicle import Vehicle
 
 NUMBERS = (
     "pretension", "stiffness", "damping", "least", "most", "lag", "rate", "least_taken",
-    "most_taken", "friction", "holding", "slip_unit", "straight", "lifts",
+    "most_taken", "friction", "holding", "slip_unit", "straight",
 )  # fmt: skip
 """Numbers of a group of tendons in the device's Plant, in order."""
 
@@ -110,7 +110,7 @@ class Tendons(Term):
     """
 
     field: ClassVar[str] = "arm.tendon"
-    flown: ClassVar[tuple[str, ...]] = ("tendon", "tendon_share")
+    flown: ClassVar[tuple[str, ...]] = ("tendon", "tendon_share", "tendon_lift")
 
     routes: tuple[Route, ...]
 
@@ -241,7 +241,7 @@ class Tendons(Term):
         return np.concatenate(found, axis=1)
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
-        """Return the fields ``tendon``, NUMBERS of each group, and ``tendon_share``.
+        """Return the fields ``tendon``, NUMBERS per group, ``tendon_share`` and ``tendon_lift``.
 
         Parameters
         ----------
@@ -251,11 +251,13 @@ class Tendons(Term):
         Returns
         -------
         dict of str to tuple of int
-            Shape of each field. ``tendon_share`` maps bend moments to tensions [1/m].
+            Shape of each field. ``tendon_share`` maps bend moments to tensions [1/m²], and tensions
+            ``tendon_lift`` bend no arm.
         """
         return {
             "tendon": (len(self.routes), len(NUMBERS)),
             "tendon_share": (self.counts["tendon"], tree.layout.bends),
+            "tendon_lift": (self.counts["tendon"],),
         }
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
@@ -271,6 +273,7 @@ class Tendons(Term):
         runs = len(plants)
         units = self._slip_units(vehicle, runs)
         plants["tendon_share"] = shares_of(vehicle, runs)
+        plants["tendon_lift"] = lifts_of(vehicle, runs)
         for index, (arm, group) in enumerate(groups_of(vehicle)):
             straight = straight_lengths(pieces(group, arm, runs))[:, 0]
             limits, strokes = (
@@ -283,7 +286,7 @@ class Tendons(Term):
                 "least": limits[:, 0], "most": limits[:, 1],
                 "least_taken": strokes[:, 0], "most_taken": strokes[:, 1],
                 "holding": group.friction_stiffness, "slip_unit": units[index],
-                "straight": straight, "lifts": lifts(group),
+                "straight": straight,
             }  # fmt: skip
             for column, name in enumerate(NUMBERS):
                 value = rest[name] if name in rest else getattr(group, name)
@@ -513,7 +516,7 @@ def _route_code(numbers: Numbers, tree: Tree, route: Route, place: _Place) -> _R
     pretension, stiffness, damping = at["pretension"], at["stiffness"], at["damping"]
     least, most, lag, fastest = at["least"], at["most"], at["lag"], at["rate"]
     least_taken, most_taken = at["least_taken"], at["most_taken"]
-    friction, holds, straight, lifted = at["friction"], at["holding"], at["straight"], at["lifts"]
+    friction, holds, straight = at["friction"], at["holding"], at["straight"]
     of_path = _path_code(numbers, tree, route, place)
     Path, path_of, pulled_by = of_path.Path, of_path.path_of, of_path.pulled_by
     Shares, PerStretch = wp.types.vector(count, Real), wp.types.vector(many, Real)
@@ -539,14 +542,15 @@ def _route_code(numbers: Numbers, tree: Tree, route: Route, place: _Place) -> _R
             for t in range(count):
                 for j in range(bends):
                     out[t] = out[t] + plant.tendon_share[tendon + t, j] * asked[j]
-            lowest = out[0]
-            for t in range(1, count):
-                lowest = wp.min(lowest, out[t])
-            # A common tension bends no arm, and keeps all tendons taut.
-            room = plant.tendon[group, pretension] - plant.tendon[group, least] + lowest
-            lift = plant.tendon[group, lifted] * wp.max(-room, zero)
+            # Tensions that bend no arm keep all tendons of the group taut.
+            room = plant.tendon[group, pretension] - plant.tendon[group, least]
+            lift = zero
             for t in range(count):
-                out[t] = out[t] + lift
+                weight = plant.tendon_lift[tendon + t]
+                below = -(room + out[t]) / above(weight, zero, weight, one)
+                lift = wp.max(lift, above(weight, zero, below, zero))
+            for t in range(count):
+                out[t] = out[t] + lift * plant.tendon_lift[tendon + t]
         return out
 
     @wp.func

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import nnls
 
 from continuair.typing import Array
 from continuair.vehicle.allocation import pseudo_inverse
-from continuair.vehicle.tendon import Tendon
+from continuair.vehicle.runs import per_run
 from continuair.vehicle.tendon_path import pieces, stretches
 from continuair.vehicle.vehicle import Vehicle
+
+_BALANCED = 1e-3
+"""Sum of unit pulls up to which they balance; angles in files are rounded."""
 
 
 def pulls_of(vehicle: Vehicle, runs: int) -> Array:
@@ -49,11 +53,24 @@ def shares_of(vehicle: Vehicle, runs: int) -> Array:
     return pseudo_inverse(pulls_of(vehicle, runs))[0]
 
 
-def lifts(group: Tendon) -> float:
-    """Return 1 if a common tension of a group bends no arm, else 0."""
-    angles = np.asarray(group.angles, float)
-    both = np.hypot(np.cos(angles).sum(axis=-1), np.sin(angles).sum(axis=-1))
-    return float(np.all(both < 1e-6))
+def lifts_of(vehicle: Vehicle, runs: int) -> Array:
+    """Return tensions (runs, tendons) of each group that bend no arm, none below 1.
+
+    They are 0 in a group without such tensions, whose tendons are all on one side.
+    """
+    found = [np.zeros((runs, 0))]
+    for group in (group for arm in vehicle.arms for group in arm.tendon):
+        angles = per_run(group.angles, runs, group.count)
+        distinct, rows = np.unique(angles, axis=0, return_inverse=True)
+        found.append(np.array([_balance(each) for each in distinct])[rows.ravel()])
+    return np.hstack(found)
+
+
+def _balance(angles: Array) -> Array:
+    """Return the least tensions of 1 or more at some angles whose pulls sum to 0, or zeros."""
+    pulls = np.stack([np.cos(angles), np.sin(angles)])
+    beyond, missing = nnls(pulls, -pulls.sum(axis=1))
+    return 1.0 + beyond if missing < _BALANCED else np.zeros(len(angles))
 
 
 def _means(vehicle: Vehicle, section: int) -> list[int]:
