@@ -42,7 +42,7 @@ def test_energy_and_momentum_stay_without_friction(vehicle: ca.Vehicle) -> None:
         assert np.abs(momentum - momentum[0]).max() < 1e-7 * np.abs(momentum).max()
 
 
-@pytest.mark.parametrize("by_length", [False, True])
+@pytest.mark.parametrize("by_length", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_friction_only_takes_energy(by_length: bool) -> None:
     """Of bodies, springs and guides, from sample to sample; what friction takes is all that goes
     from bodies and springs."""

@@ -78,6 +78,7 @@ def test_a_winch_that_lets_go_leaves_a_slack_tendon_and_takes_it_up_again() -> N
         ca.simulate(vehicle, still(vehicle, [-1e-3, 0.0, 0.0, 0.0]))
 
 
+@pytest.mark.long
 def test_damped_tendons_take_energy_while_taut() -> None:
     free, damped = (
         pulled(LENGTHS | {"damping": damping, "pretension": 20.0}, damping_ratio=0.0)
@@ -173,6 +174,7 @@ def test_commands_reach_the_tendons_by_every_way(tmp_path: Path) -> None:
     assert flight["tendon"].to_numpy().tolist() == [f"0.0.{n}" for n in range(4)]
 
 
+@pytest.mark.long
 def test_an_environment_pulls_the_tendons() -> None:
     pytest.importorskip("gymnasium")
     from continuair.interfaces.gym import HoverEnv

@@ -118,7 +118,6 @@ def _laden(term: CarriedBody, code: Device) -> Any:
         own = inertia_of(plant)
         c = centre_of(plant)
         c = vec3(c[0], -c[1], -c[2])
-        square = wp.dot(c, c)
         plant.mass = plant.mass + m
         plant.arm_mass[arm] = plant.arm_mass[arm] + m
         plant.body_mass[arm] = plant.body_mass[arm] + m
@@ -127,15 +126,17 @@ def _laden(term: CarriedBody, code: Device) -> Any:
         turned = mat33(
             own[0], -own[1], -own[2], -own[3], own[4], own[5], -own[6], own[7], own[8]
         )  # fmt: skip
+        x, y_, z = c[0], c[1], c[2]
+        spread = mat33(
+            y_ * y_ + z * z, -x * y_, -x * z, -x * y_, x * x + z * z, -y_ * z, -x * z, -y_ * z,
+            x * x + y_ * y_,
+        )  # fmt: skip
         for i in range(3):
             plant.body_moment[arm, i] = plant.body_moment[arm, i] + m * c[i]
             for j in range(3):
-                spread = -m * c[i] * c[j]
-                if wp.static(i == j):
-                    spread += m * square
                 at = 3 * i + j
                 plant.body_inertia[arm, at] = (
-                    plant.body_inertia[arm, at] + share * turned[i, j] + spread
+                    plant.body_inertia[arm, at] + share * turned[i, j] + m * spread[i, j]
                 )
         return plant
 
