@@ -11,9 +11,10 @@ from tests.refusals import refused
 from tests.sections.strains import flying, rod
 from tests.tendons.pulled import DISKS, FOUR, pulled, settled
 
-TENSION = 3.0
+TENSION, LONG = 3.0, pytest.mark.long
 ANGLES = {"angles": [0.3, 2.0, 4.4]}
-CONVERGING = ANGLES | {"offset": [0.02, 0.01]}
+CONVERGING: Any = ANGLES | {"offset": [0.02, 0.01]}
+ON_DISKS = {"guides": "disks"}
 ALL = {"bending": 1, "twist": 1, "stretch": 1, "shear": 1}
 
 
@@ -36,14 +37,15 @@ def forces_of(vehicle: ca.Vehicle, q: Any) -> tuple[Any, Any, Any]:
     [
         ([rod()], [ANGLES], 2.0, 1e-12),
         ([rod(), rod(length=0.3)], [CONVERGING, ANGLES | {"section": "0", "end": 0.4}], 2.0, 1e-12),
-        pytest.param([rod(bending=1), rod()], [CONVERGING, ANGLES | {"section": "0"}], 2.0, 1e-12, marks=pytest.mark.long),
-        pytest.param([rod(bending=3, twist=2)], [CONVERGING], 2.0, 1e-10, marks=pytest.mark.long),
-        pytest.param([rod(**ALL)], [CONVERGING], 0.2, 1e-10, marks=pytest.mark.long),
+        pytest.param([rod(bending=1), rod()], [CONVERGING, ANGLES | {"section": "0"}], 2.0, 1e-12,
+                     marks=LONG),
+        pytest.param([rod(bending=3, twist=2)], [CONVERGING], 2.0, 1e-10, marks=LONG),
+        pytest.param([rod(**ALL)], [CONVERGING], 0.2, 1e-10, marks=LONG),
         ([rod(disks=DISKS)], [ANGLES | {"guides": "disks"}], 2.0, 1e-12),
-        pytest.param([rod(disks=DISKS)], [CONVERGING | {"guides": "disks"}], 2.0, 1e-4, marks=pytest.mark.long),
-        pytest.param([rod(bending=1, disks=DISKS)], [ANGLES | {"guides": "disks"}], 2.0, 1e-3, marks=pytest.mark.long),
+        pytest.param([rod(disks=DISKS)], [CONVERGING | ON_DISKS], 2.0, 1e-4, marks=LONG),
+        pytest.param([rod(bending=1, disks=DISKS)], [ANGLES | ON_DISKS], 2.0, 1e-3, marks=LONG),
         pytest.param([rod(bending=1, twist=0, disks=DISKS)], [CONVERGING | {"guides": "disks"}],
-                     2.0, 0.05, marks=pytest.mark.long),
+                     2.0, 0.05, marks=LONG),
     ],
 )  # fmt: skip
 def test_a_tension_pulls_along_the_derivatives_of_the_length(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
@@ -232,3 +233,31 @@ class Cylinder(Obstacle):
         """
         place = np.array(self.centre).tolist(), np.array(self.attitude).tolist()
         return (*place[0], *place[1], self.radius, 0.5 * self.length, 0.0)
+
+
+def obstacles_of(told: object) -> tuple[Obstacle, ...]:
+    """Return obstacles from what `Obstacle.describe` has told of them.
+
+    Parameters
+    ----------
+    told : sequence of mapping
+        What a result's scenario holds; anything else is no obstacle.
+
+    Returns
+    -------
+    tuple of Obstacle
+        The obstacles.
+
+    Raises
+    ------
+    InputError
+        If a number cannot be used.
+    """
+    kinds = {kind.shape: kind for kind in (Plane, Sphere, Box, Cylinder)}
+    found = []
+    for each in told if isinstance(told, (list, tuple)) else ():
+        kind = kinds.get(str(each.get("shape"))) if isinstance(each, Mapping) else None
+        known = {field.name for field in fields(kind)} if kind else set()
+        if kind is not None and known == each.keys() - {"shape"}:
+            found.append(kind(**{name: each[name] for name in known}))
+    return tuple(found)

@@ -26,6 +26,7 @@ GROUPS = {
     "rotor thrusts": "#56B4E9",
     "base reaction": "#E69F00",
     "tip force": "#009E73",
+    "contact": "#D55E00",
 }
 """Colours of forces."""
 
@@ -36,6 +37,8 @@ MEANINGS = {
     "push": "Inputs of the scenario on the UAV.",
     "command": "What the controller asks for, where no rotors make it.",
     "base reaction": "What the arms do to the UAV.",
+    "contact": "What obstacles do to the arms.",
+    "obstacles": "What the arms touch.",
     "ghost": "The flight of the other model.",
 }
 """Of names that are short."""

@@ -43,6 +43,7 @@ def forces_of(
         "rotor thrusts": _thrusts(flight, vehicle, bodies),
         "base reaction": _base(flight, bodies),
         "tip force": _tip(flight, vehicle, told, bodies),
+        "contact": _contact(flight, bodies),
     }
     acting = {
         name: Force(each.at, np.where(flying[:, None, None], each.force, np.nan))
@@ -105,6 +106,15 @@ def _tip(
         return None
     wrench = float(told.get("tip_wrench_sign", 1)) * given.reshape(len(given), -1, 6)
     return Force(bodies.tip_position, wrench[..., :3])
+
+
+def _contact(flight: xr.Dataset, bodies: Bodies) -> Force | None:
+    """Return the forces of obstacles on the arms, which begin at their tips."""
+    if "contact_force" not in flight:
+        return None
+    force = flight["contact_force"]
+    force = force if "arm" in force.dims else force.expand_dims("arm")
+    return Force(bodies.tip_position, force.transpose("time", "arm", "axis").to_numpy())
 
 
 def _given(told: dict[str, Any], field: str, flight: xr.Dataset, vehicle: Vehicle) -> Array | None:

@@ -13,8 +13,10 @@ from continuair.analysis.motion import Motion, evenly, motion_of
 from continuair.errors import InputError
 from continuair.flight.labels import in_order
 from continuair.flight.provenance import model_of
+from continuair.flight.reading import scenario_of
 from continuair.interfaces.acting import told_of, untold_of, warn_of_lacking
 from continuair.kernels.step import OK, STATUS
+from continuair.scenario.obstacles import Obstacle, obstacles_of
 from continuair.vehicle.vehicle import Vehicle
 from continuair.viewer.bodies import Bodies, bodies, rotors_of
 from continuair.viewer.camera import Aim, CameraView, aim_of, camera_view_of
@@ -47,7 +49,7 @@ class Scene:
     """Geometry of a flight over its frames, and of another model's beside it.
 
     times (F,) [s]; forces: by kind; flying (F,): whether none has ended; notes: how they ended if
-    that was early.
+    that was early; obstacles: what the arms touch.
     """
 
     vehicle: Vehicle
@@ -61,6 +63,7 @@ class Scene:
     forces: dict[str, Force]
     flying: NDArray[np.bool_]
     notes: tuple[str, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
 
     @property
     def reach(self) -> float:
@@ -151,6 +154,7 @@ def scene(
         forces_of(shown, flown, placed, told, flying),
         both,
         tuple(filter(None, notes)),
+        obstacles_of(scenario_of(flight).get("obstacles", ())),
     )
 
 

@@ -8,11 +8,14 @@ import numpy as np
 
 from continuair.viewer.bodies import rotors_of
 from continuair.viewer.camera import in_image
-from continuair.viewer.colours import COLOURS, GROUPS, HIDDEN, model_colour, rgb
+from continuair.viewer.colours import COLOURS, GREY, GROUPS, HIDDEN, model_colour, rgb
 from continuair.viewer.scene import Scene
 from continuair.viewer.vehicles import BODY, VehicleNodes, wxyz_of
 
 _WORLD, _VEHICLE, _GHOST = "/world", "/vehicle", "/ghost"
+
+_PLANE = 3.0
+"""Width of the plate that a plane is drawn as, over the reach."""
 
 _UPRIGHT = ("push", "command")
 """Forces that do not turn with the UAV: their nodes have the world's axes."""
@@ -37,6 +40,7 @@ class Stage:
         self._add_vehicles()
         self._add_trails()
         self._add_target()
+        self._add_obstacles()
         self._add_camera()
         self._arrows = self._add_arrows()
         self._place_camera()
@@ -141,6 +145,26 @@ class Stage:
             colour = rgb(COLOURS[index % len(COLOURS)])
             self._api.add_icosphere(f"{_WORLD}/target/{index}", 0.022, colour, position=point)
         self.parts["target"] = [self._target, *([] if path is None else [path])]
+
+    def _add_obstacles(self) -> None:
+        nodes, wide = [], _PLANE * self.scene.reach
+        for index, obstacle in enumerate(self.scene.obstacles):
+            x, y, z, *attitude = obstacle.placed()[:7]
+            a, b, c = obstacle.placed()[7:]
+            name, colour = f"{_WORLD}/obstacle_{index}", rgb(GREY)
+            pose: dict[str, Any] = {"position": (x, y, z), "wxyz": wxyz_of(np.array(attitude))}
+            look: dict[str, Any] = {"opacity": 0.5, "cast_shadow": False}
+            if obstacle.shape == "sphere":
+                node = self._api.add_icosphere(name, a, colour, **look, **pose)
+            elif obstacle.shape == "cylinder":
+                node = self._api.add_cylinder(name, a, 2.0 * b, colour, **look, **pose)
+            else:
+                # A plane is a thin plate, as wide as the picture.
+                size = (wide, wide, 1e-3) if obstacle.shape == "plane" else (2 * a, 2 * b, 2 * c)
+                node = self._api.add_box(name, colour, size, **look, **pose)
+            nodes.append(node)
+        if nodes:
+            self.parts["obstacles"] = nodes
 
     def _add_camera(self) -> None:
         view = self.scene.camera_view
