@@ -10,7 +10,7 @@ import continuair as ca
 from continuair.vehicle.vehicle_file import as_toml
 from tests.refusals import refused
 from tests.sections.strains import rod
-from tests.tendons.pulled import DISKS, floating, pulled
+from tests.tendons.pulled import DISKS, FOUR, floating, pulled
 
 TENSIONS = {"pretension": 2.0, "lag": 0.03}
 LENGTHS = {"command": "length", "stiffness": 2e4, "pretension": 5.0}
@@ -203,3 +203,23 @@ def test_what_has_no_tendons_refuses_the_vehicle(tmp_path: Path) -> None:
     pytest.importorskip("casadi")
     with refused("vehicle"):
         ca.to_casadi(vehicle)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("period", [1e-3, None])
+def test_visual_servoing_pulls_as_it_would_push(period: float | None) -> None:
+    """Tendons without friction exert the moments that the law asks for."""
+    bare = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.03})
+    group = {"angles": FOUR, "offset": 0.02, "pretension": 300.0, "limits": [0.0, 5000.0]}
+    start = [-0.3, -0.4, 3.1, 0, 0, 0, 0.1, 0]
+    found = []
+    for vehicle in (bare, bare.replace({"arm.tendon": [group]})):
+        law = ca.servoing(**ca.design(vehicle, bandwidth=8.0))
+        target = ca.Target(ca.paths.letter("M", duration=20.0))
+        letter = ca.Scenario("M", start, controller=law, target=target, duration=1.0,
+                             control_period=period)  # fmt: skip
+        found.append(ca.simulate(vehicle, letter, sample=0.05))
+    for name in ("position", "bend", "feature_error"):
+        pushed, pulled_by = (flight[name].to_numpy() for flight in found)
+        assert np.abs(pulled_by - pushed).max() < 1e-7 * np.abs(pushed).max(), name
+    assert float(found[1]["tendon_tension"].min()) >= 0.0
