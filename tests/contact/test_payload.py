@@ -126,6 +126,8 @@ def test_a_tip_picks_up_what_it_touches() -> None:
 def test_payloads_that_cannot_be_are_refused() -> None:
     vehicle = flying(rod())
     wrong: Any
+    told = ca.Payload(**ONE, attach=AT)
+    assert ca.Payload(**told.describe()) == told  # type: ignore[arg-type]
     for wrong, field in (
         ({"mass": -1.0}, "mass"),
         ({"mass": 0.1, "attach": 0.5, "release": 0.4}, "release"),

@@ -223,3 +223,29 @@ def test_visual_servoing_pulls_as_it_would_push(period: float | None) -> None:
         pushed, pulled_by = (flight[name].to_numpy() for flight in found)
         assert np.abs(pulled_by - pushed).max() < 1e-7 * np.abs(pushed).max(), name
     assert float(found[1]["tendon_tension"].min()) >= 0.0
+
+
+@pytest.mark.long
+def test_winches_keep_their_lengths_under_a_controller_that_does_not_bend() -> None:
+    """And a pretension on one side is part of what the controller's own moment needs."""
+    group = {"angles": FOUR, "offset": 0.02, "command": "length", "stiffness": 2e4,
+             "pretension": 2.0}  # fmt: skip
+    vehicle = pulled(group, damping_ratio=0.2).replace({"uav.rotors": ROTORS})
+    q = np.zeros(8)
+    q[2] = 1.0
+    held = ca.tendon_tensions(vehicle, [0.8, 0.4])
+    law = ca.flight_controller(vehicle, bend_bandwidth=0.0)
+
+    def ramp(t: float) -> Any:
+        return held.command * min(t / 0.5, 1.0)
+
+    scenario = ca.Scenario("winches", q, controller=law, tendon_command=ramp, duration=2.0)
+    flight = ca.simulate(vehicle, scenario, sample=0.02)
+    assert flight["bend"].to_numpy()[-1, 0] == pytest.approx([0.8, 0.4], abs=0.02)
+    one = {"angles": [0.0], "offset": 0.02, "pretension": 2.0, "limits": [0.5, 60.0]}
+    single = pulled(one, damping_ratio=0.2).replace({"uav.rotors": ROTORS})
+    goal = ca.Setpoints(position=[0.0, 0.0, 1.0], bend=[1.0, 0.0])
+    bent = ca.Scenario("one", q, controller=ca.flight_controller(single), setpoints=goal,
+                       duration=3.0)  # fmt: skip
+    end = ca.simulate(single, bent, sample=0.02)["bend"].to_numpy()[-1, 0]
+    assert end[0] == pytest.approx(1.0, abs=0.02)

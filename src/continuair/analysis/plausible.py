@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from continuair.analysis.excited import excited_arm, name_of_excited_arm
 from continuair.analysis.groups import GRAVITY, place
+from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.fields import ROUNDING
 from continuair.vehicle.section import Section
 from continuair.vehicle.slips import slips
+from continuair.vehicle.tendon import Tendon
 from continuair.vehicle.vehicle import Vehicle
 
 _GYRATION = (0.01, 3.0)
@@ -104,9 +109,26 @@ def _of_sections(vehicle: Vehicle) -> list[str]:
             at = f"arm.{arm.name}.section.{section.name}." if vehicle.has_arm_list else "arm."
             texts = *_of_damping(section), *_of_disks(section, vehicle)
             found += [at + text for text in texts]
+        found += [text for group in arm.tendon for text in _of_tendons(group, arm)]
         tip = arm.tip.mass if arm.tip is not None else 0.0
         if tip > vehicle.uav.mass:
             found.append(f"arm.{arm.name}.tip.mass is {tip:g} kg, {_MORE}")
+    return found
+
+
+def _of_tendons(group: Tendon, arm: ArmChain) -> list[str]:
+    """Return sentences on implausible angles, offsets and friction of tendons."""
+    at, length = f"arm.{arm.name}.tendon.{group.name}", sum(each.length for each in arm.section)
+    found = []
+    if max(map(abs, group.angles)) > 2.0 * math.pi * (1.0 + ROUNDING):
+        found.append(f"{at}.angles hold more than a full turn; check that they are in radians.")
+    if max(group.offset) > length / 5.0:
+        found.append(
+            f"{at}.offset is {max(group.offset):g} m beside an arm of {length:g} m; check that it "
+            "is in metres."
+        )
+    if group.friction > 1.0:
+        found.append(f"{at}.friction is {group.friction:g}, above any cable's on its guides.")
     return found
 
 

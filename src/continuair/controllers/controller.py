@@ -59,6 +59,8 @@ class Controller(Immutable):
     asks : {4, 6}, optional
         Rank of the wrench that rotors must produce: 4 for thrust and moments, 6 for any force too.
         Default: unknown; `simulate` warns where rotors cannot produce a force across their thrust.
+    bends : bool, default True
+        Whether it exerts bend moments. If not, tendons keep to their own commands.
     believes : Vehicle, optional
         Nominal model of the law. Default: the simulated vehicle; see `believing`.
     at_limits : callable, optional
@@ -88,6 +90,7 @@ class Controller(Immutable):
     guided: bool = False
     integral: float = 0.0
     asks: Literal[4, 6] | None = None
+    bends: bool = True
     believes: Vehicle | None = None
     at_limits: Callable[[Values, np.ndarray], dict[str, np.ndarray]] | None = None
     known: Callable[[Vehicle], Mapping[str, np.ndarray]] | None = None

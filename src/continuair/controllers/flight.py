@@ -207,6 +207,7 @@ def flight_controller(
         known=_known,
         bandwidths=_bandwidths,
         asks=4,
+        bends=bool(np.any(gains["bend_limit"])),
     )
 
 

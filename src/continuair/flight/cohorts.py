@@ -16,11 +16,11 @@ from continuair.engine.compiling import kind_of
 from continuair.engine.engine import Drive, Engine, Logs, Start
 from continuair.engine.loop import Loop
 from continuair.flight.camera_timing import loop_over
-from continuair.flight.inputs import CALLED, groups_in_use, groups_of, sample_inputs
+from continuair.flight.inputs import CALLED, groups_in_use, groups_of, groups_of_loop, sample_inputs
 from continuair.flight.time_grid import Grid, Marks, seen_at, shared_grids, stage_times
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
-from continuair.vehicle.layout import COMMAND, FIELDS
+from continuair.vehicle.layout import FIELDS
 from continuair.vehicle.vehicle import Vehicle
 
 # Most memory of the inputs of one part of a batch, if every run has its own over time [bytes].
@@ -122,7 +122,7 @@ class Flight:
     def groups(self) -> int:
         """Bits of the groups of inputs in use."""
         called = CALLED if self.scenario.force_callback is not None else ()
-        closed = COMMAND * (self.scenario.controller is not None)
+        closed = groups_of_loop(self.scenario, self.vehicle)
         return groups_in_use(self.scenario) | groups_of(called) | closed
 
     def finer(self) -> Flight:

@@ -13,7 +13,8 @@ from continuair.errors import InputError
 from continuair.scenario.excitations import is_vectorised
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
-from continuair.vehicle.layout import FIELDS, OF_NAME, Layout
+from continuair.vehicle.layout import BENDING, COMMAND, FIELDS, OF_NAME, Layout
+from continuair.vehicle.vehicle import Vehicle
 
 _TIMES_AT_ONCE = 256
 
@@ -31,6 +32,13 @@ CALLED = ("force", "moment", "tip_wrench")
 def groups_in_use(scenario: Scenario) -> int:
     """Return the bits of the groups of inputs that a scenario uses."""
     return groups_of(field for field in FIELDS if getattr(scenario, field) is not None)
+
+
+def groups_of_loop(scenario: Scenario, vehicle: Vehicle) -> int:
+    """Return the bits of a scenario's controller, none without one."""
+    law = scenario.controller
+    bends = BENDING if law is not None and law.bends and vehicle.tendons else 0
+    return bends | (COMMAND if law is not None else 0)
 
 
 def groups_of(fields: Iterable[str]) -> int:

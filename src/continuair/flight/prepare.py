@@ -212,7 +212,9 @@ def _check_not_stiff(vehicle: Vehicle) -> None:
             raise InputError(
                 "method",
                 f"is 'implicit', which has no derivatives of the term {name_of(term)}",
-                "use 'RK4', or declare stiff = False in its class",
+                "use 'RK4' or the default"
+                if term not in vehicle.terms or term.field
+                else "use 'RK4', or declare stiff = False in its class",
             )
 
 

@@ -105,6 +105,6 @@ def check_outside(engine: Engine, scenario: Scenario, start: Start) -> None:
         where = f" in run {run}" if runs > 1 else ""
         raise InputError(
             "scenario.obstacles",
-            f"hold the backbone of arm {engine.vehicle.arms[arm].name} at the start{where}",
+            f"hold arm {engine.vehicle.arms[arm].name} at the start{where}",
             "start beside them",
         )

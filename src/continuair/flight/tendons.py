@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.errors import InputError, shown
-from continuair.flight.inputs import groups_in_use, sample_inputs
+from continuair.errors import InputError
+from continuair.flight.inputs import groups_in_use, groups_of_loop, sample_inputs
 from continuair.flight.labels import tendon_labels
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
-from continuair.vehicle.layout import COMMAND, Layout
+from continuair.vehicle.layout import Layout
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.tendon import Tendon
 from continuair.vehicle.vehicle import Vehicle
@@ -64,8 +64,8 @@ def check_taut(engine: Engine, scenario: Scenario, start: Start) -> None:
     log = np.zeros((runs, 1, layout.log))
     log[:, 0, : start.states.shape[1]] = start.states
     table = sample_inputs(scenario, np.zeros(1), layout)[0]
-    groups_of_inputs = groups_in_use(scenario) | (COMMAND if scenario.controller else 0)
-    acting = Drive(table, False, groups_of_inputs, scenario.gravity)
+    bits = groups_in_use(scenario) | groups_of_loop(scenario, vehicle)
+    acting = Drive(table, False, bits, scenario.gravity)
     seen = engine.observe(log, acting, ["tendon_slack"], np.arange(runs))[:, 0]
     slack = seen[:, layout.observed["tendon_slack"]]
     if (slack > 0.0).any():
@@ -74,6 +74,6 @@ def check_taut(engine: Engine, scenario: Scenario, start: Start) -> None:
         raise InputError(
             "scenario.tendon_command",
             f"leaves tendon {tendon_labels(vehicle)[tendon]} slack at the start{where}, "
-            f"by {shown(float(slack[run, tendon]))} m",
-            "take in more, or give it a pretension",
+            f"by {slack[run, tendon]:.3g} m",
+            "take in more, or give it a greater pretension",
         )

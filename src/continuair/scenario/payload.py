@@ -133,6 +133,9 @@ def _inertia(value: Any) -> tuple[float, ...]:
     found = checks.finite_array(value)
     if found is not None and found.shape == (3,):
         found = np.diag(found)
+    elif found is not None and found.shape == (9,):
+        # As a payload keeps it.
+        found = found.reshape(3, 3)
     fits = found is not None and found.shape == (3, 3) and np.allclose(found, found.T)
     if not fits or found is None or np.linalg.eigvalsh(found)[0] < 0.0:
         raise InputError(

@@ -22,7 +22,7 @@ SPOTS = (0.25, 0.5, 0.75, 1.0)
 """Places along a section at which it touches, over its length."""
 
 TOUCHED = 1e-3
-"""Depth of a backbone [m] beyond which a flight does not start in contact, but inside an object."""
+"""Depth [m] beyond which a flight does not start in contact, but inside an object."""
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,7 @@ def _touching(term: Contact, code: Device, arm: int) -> _Touching:
         @wp.func
         def found(plant: Plant, radius: Real, p: vec3, v: vec3):
             at = touch(plant, radius, p)
-            inside = above(at.depth, radius + touched, one, zero)
+            inside = above(at.depth, touched, one, zero)
             return before(plant, radius, p, v) + vec3(share * at.elastic * at.depth, inside, zero)
 
         return found

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle import arc
 
-GENERAL, PAPER, TIP, COMMAND, AIR, ROTORS, TENDONS = 1, 2, 4, 8, 16, 32, 64
+GENERAL, PAPER, TIP, COMMAND, AIR, ROTORS, TENDONS, BENDING = 1, 2, 4, 8, 16, 32, 64, 128
 """Groups of inputs, as bits: along the state's axes, along the paper's coordinates, tip wrenches, a
-controller's actuator wrench (not a column of the inputs), wind, commanded rotor thrusts, and
-commands of tendons."""
+controller's actuator wrench (not a column of the inputs), wind, commanded rotor thrusts, commands
+of tendons, and a controller that bends tendon-driven arms (no column either)."""
 
 
 @dataclass(frozen=True)

@@ -49,6 +49,12 @@ def _offsets(value: object) -> tuple[float, float]:
     return base, end
 
 
+def _as_text(value: object) -> object:
+    """Return an index as text, as names are."""
+    return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
+
+
+Place = Annotated[Name, BeforeValidator(_as_text)]
 Angles = Annotated[tuple[float, ...], BeforeValidator(_angles)]
 Offsets = Annotated[tuple[float, float], BeforeValidator(_offsets)]
 
@@ -69,7 +75,7 @@ class Tendon(NamedPart):
     """the distance of the tendons from the backbone: one number, or 2 of tendons that converge, at
     the arm's base and at their end [m]"""
 
-    section: Name = ""
+    section: Place = ""
     """the name or index of the section in which the tendons end, the last by default"""
 
     end: Positive | None = None

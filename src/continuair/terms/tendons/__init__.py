@@ -28,7 +28,7 @@ from continuair.vehicle.tendon_path import (
     straight_lengths,
     stretches,
 )
-from continuair.vehicle.tendon_sharing import lifts_of, shares_of
+from continuair.vehicle.tendon_sharing import lifts_of, pulls_of, shares_of
 from continuair.vehicle.vehicle import Vehicle
 
 
@@ -43,7 +43,7 @@ class Tendons(Term):
     """
 
     field: ClassVar[str] = "arm.tendon"
-    flown: ClassVar[tuple[str, ...]] = ("tendon", "tendon_share", "tendon_lift")
+    flown: ClassVar[tuple[str, ...]] = ("tendon", "tendon_share", "tendon_lift", "tendon_bent")
 
     routes: tuple[Route, ...]
 
@@ -174,7 +174,7 @@ class Tendons(Term):
         return np.concatenate(found, axis=1)
 
     def parameters(self, tree: Tree) -> dict[str, tuple[int, ...]]:
-        """Return the fields ``tendon``, NUMBERS per group, ``tendon_share`` and ``tendon_lift``.
+        """Return the fields ``tendon``, NUMBERS per group, and three of how tendons share moments.
 
         Parameters
         ----------
@@ -185,12 +185,13 @@ class Tendons(Term):
         -------
         dict of str to tuple of int
             Shape of each field. ``tendon_share`` maps bend moments to tensions [1/m²], and tensions
-            ``tendon_lift`` bend no arm.
+            ``tendon_lift`` bend no arm. ``tendon_bent`` are those that bend it as pretensions do.
         """
         return {
             "tendon": (len(self.routes), len(NUMBERS)),
             "tendon_share": (self.counts["tendon"], tree.layout.bends),
             "tendon_lift": (self.counts["tendon"],),
+            "tendon_bent": (self.counts["tendon"],),
         }
 
     def pack(self, plants: np.ndarray, vehicle: Vehicle) -> None:
@@ -207,6 +208,12 @@ class Tendons(Term):
         units = self._slip_units(vehicle, runs)
         plants["tendon_share"] = shares_of(vehicle, runs)
         plants["tendon_lift"] = lifts_of(vehicle, runs)
+        held = [
+            np.repeat(per_run(group.pretension, runs)[:, None], group.count, axis=1)
+            for _, group in groups_of(vehicle)
+        ]
+        moments = pulls_of(vehicle, runs) @ np.hstack(held)[..., None]
+        plants["tendon_bent"] = (plants["tendon_share"] @ moments)[..., 0]
         for index, (arm, group) in enumerate(groups_of(vehicle)):
             straight = straight_lengths(pieces(group, arm, runs))[:, 0]
             limits, strokes = (

@@ -15,7 +15,7 @@ from continuair.kernels.load import load_code
 from continuair.kernels.logs import push_reader
 from continuair.terms.tendons.path import path_code
 from continuair.terms.tendons.route import NUMBERS, Place, Route, places_of
-from continuair.vehicle.layout import COMMAND, TENDON_VARIABLES, TENDONS
+from continuair.vehicle.layout import BENDING, TENDON_VARIABLES, TENDONS
 
 
 @dataclass(frozen=True)
@@ -166,10 +166,12 @@ def _route_code(numbers: Numbers, tree: Tree, route: Route, place: Place) -> _Ro
     def shares_of(flight: Flight, push: Push):
         """Return tensions above the pretension that exert the bend moments of a controller."""
         out = Shares()
-        if (flight.groups & COMMAND) != 0:
+        if (flight.groups & BENDING) != 0:
             plant = flight.plant
             asked = bend_moment_of(push)
             for t in range(count):
+                # The pretensions may bend the arm, too.
+                out[t] = -plant.tendon_bent[tendon + t]
                 for j in range(bends):
                     out[t] = out[t] + plant.tendon_share[tendon + t, j] * asked[j]
             # Tensions that bend no arm keep all tendons of the group taut.
@@ -191,7 +193,7 @@ def _route_code(numbers: Numbers, tree: Tree, route: Route, place: Place) -> _Ro
         if (flight.groups & TENDONS) != 0:
             out = of_row(flight.inputs, row, flight.run, commands + tendon + t)
         if wp.static(by_length):
-            if (flight.groups & COMMAND) != 0:
+            if (flight.groups & BENDING) != 0:
                 out += shares[t] / plant.tendon[group, stiffness]
                 out += plant.tendon[group, straight] - path.length
             out = wp.min(out, plant.tendon[group, most_taken])
