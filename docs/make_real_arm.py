@@ -1,4 +1,4 @@
-"""Write the tables of docs/explanation/real_arm.md and draw its figure, within ten minutes."""
+"""Write the tables of docs/explanation/real_arm.md and draw its figure, in a quarter of an hour."""
 
 from __future__ import annotations
 

@@ -44,7 +44,8 @@ class Hovering:
     """Runs of a vehicle whose task is to hold its first tip, or its UAV, at the origin.
 
     Actions (runs, rotors): thrusts, from the least at -1 to the largest at 1. With a bend_moment
-    above 0, (runs, rotors + bends): the bend moments too, over that [N m²]. Observations: the
+    above 0, (runs, rotors + bends): the bend moments too, over that [N m²]; with a tendon_command
+    above 0, the commands of all tendons last, over that [N, m]. Observations: the
     vector to the goal (3) [m], the rotation matrix (9) by rows, velocity (3) [m/s] in world axes,
     angular velocity (3) [rad/s] in body axes, bends [1/m] and bend rates of all sections, and the
     rotors' speeds over their largest. Rewards: 1 at the goal, reduced by 1 / BOUND per metre from
