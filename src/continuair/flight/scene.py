@@ -1,4 +1,4 @@
-"""What a scenario adds to the vehicle that flies in it: obstacles, and a payload."""
+"""Obstacles and payload of a scenario, as terms of the vehicle."""
 
 from __future__ import annotations
 

@@ -236,7 +236,7 @@ class Cylinder(Obstacle):
 
 
 def obstacles_of(told: object) -> tuple[Obstacle, ...]:
-    """Return obstacles from what `Obstacle.describe` has told of them.
+    """Return obstacles from their descriptions, those of `Obstacle.describe`.
 
     Parameters
     ----------

@@ -8,7 +8,6 @@ and so does the vehicle.
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
 import warp as wp
 
 from continuair.device.numbers import number_code
@@ -16,8 +15,6 @@ from continuair.kernels.device import Device
 from continuair.kernels.load import load_code
 from continuair.kernels.term_sum import Acting
 from continuair.terms.term import Term
-from continuair.typing import Array
-from continuair.vehicle.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
@@ -64,23 +61,6 @@ class CarriedBody(Term):
     def states(self) -> dict[str, int]:
         """Return whether it is carried, 0 or 1, and the impulse on the tip at the pick-up [N s]."""
         return {"payload": 1, "payload_impulse": 3}
-
-    def state_units(self, vehicle: Vehicle, runs: int) -> dict[str, Array]:
-        """Return the natural units of the states, which do not change in a step.
-
-        Parameters
-        ----------
-        vehicle : Vehicle
-            The vehicle, plain or batched.
-        runs : int
-            Number of runs.
-
-        Returns
-        -------
-        dict of str to ndarray
-            Ones (runs, n).
-        """
-        return {name: np.ones((runs, count)) for name, count in self.states.items()}
 
     def device(self, code: Device) -> Acting:
         """Return the device functions of the payload.

@@ -14,13 +14,14 @@ from continuair.device.numbers import Numbers
 from continuair.device.types import Tree, device_types
 from continuair.kernels.device import Device
 from continuair.kernels.term_sum import Acting
-from continuair.terms.tendons.pulling import observer_of, tendon_code
 from continuair.terms.tendons.route import NUMBERS, Route
+from continuair.terms.tendons.tension import observer_of, tendon_code
 from continuair.terms.term import Term
 from continuair.typing import Array
 from continuair.vehicle.layout import TENDON_VARIABLES
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.tendon import Tendon
+from continuair.vehicle.tendon_allocation import lifts_of, pulls_of, shares_of
 from continuair.vehicle.tendon_path import (
     GEOMETRY,
     highest_order,
@@ -28,7 +29,6 @@ from continuair.vehicle.tendon_path import (
     straight_lengths,
     stretches,
 )
-from continuair.vehicle.tendon_sharing import lifts_of, pulls_of, shares_of
 from continuair.vehicle.vehicle import Vehicle
 
 
