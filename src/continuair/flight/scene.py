@@ -90,19 +90,24 @@ def _contact(vehicle: Vehicle, scenario: Scenario) -> Term:
     )
 
 
+def observed_at_start(engine: Engine, start: Start, acting: Drive, name: str) -> Array:
+    """Return a variable of a term (runs, n) at the start of a flight."""
+    layout, runs = engine.layout, len(start.states)
+    log = np.zeros((runs, 1, layout.log))
+    log[:, 0, : start.states.shape[1]] = start.states
+    seen = engine.observe(log, acting, [name], np.arange(runs))[:, 0]
+    return np.asarray(seen[:, layout.observed[name]])
+
+
 def check_outside(engine: Engine, scenario: Scenario, start: Start) -> None:
     """Raise InputError for an arm that is inside an obstacle at the start."""
     if not scenario.obstacles:
         return
-    layout, runs = engine.layout, len(start.states)
-    log = np.zeros((runs, 1, layout.log))
-    log[:, 0, : start.states.shape[1]] = start.states
-    nothing = Drive(np.zeros((1, 1, layout.inputs)), False, 0, scenario.gravity)
-    seen = engine.observe(log, nothing, ["contact_inside"], np.arange(runs))[:, 0]
-    inside = seen[:, layout.observed["contact_inside"]]
+    nothing = Drive(np.zeros((1, 1, engine.layout.inputs)), False, 0, scenario.gravity)
+    inside = observed_at_start(engine, start, nothing, "contact_inside")
     if (inside > 0.0).any():
         run, arm = np.argwhere(inside > 0.0)[0]
-        where = f" in run {run}" if runs > 1 else ""
+        where = f" in run {run}" if len(inside) > 1 else ""
         raise InputError(
             "scenario.obstacles",
             f"hold arm {engine.vehicle.arms[arm].name} at the start{where}",

@@ -10,6 +10,7 @@ from continuair.engine.engine import Drive, Engine, Start
 from continuair.errors import InputError
 from continuair.flight.inputs import groups_in_use, groups_of_loop, sample_inputs
 from continuair.flight.labels import tendon_labels
+from continuair.flight.scene import observed_at_start
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
 from continuair.vehicle.layout import Layout
@@ -60,17 +61,13 @@ def check_taut(engine: Engine, scenario: Scenario, start: Start) -> None:
     groups = [group for arm in vehicle.arms for group in arm.tendon]
     if not any(group.command == "length" for group in groups):
         return
-    runs = len(start.states)
-    log = np.zeros((runs, 1, layout.log))
-    log[:, 0, : start.states.shape[1]] = start.states
     table = sample_inputs(scenario, np.zeros(1), layout)[0]
     bits = groups_in_use(scenario) | groups_of_loop(scenario, vehicle)
     acting = Drive(table, False, bits, scenario.gravity)
-    seen = engine.observe(log, acting, ["tendon_slack"], np.arange(runs))[:, 0]
-    slack = seen[:, layout.observed["tendon_slack"]]
+    slack = observed_at_start(engine, start, acting, "tendon_slack")
     if (slack > 0.0).any():
         run, tendon = np.argwhere(slack > 0.0)[0]
-        where = f" in run {run}" if runs > 1 else ""
+        where = f" in run {run}" if len(slack) > 1 else ""
         raise InputError(
             "scenario.tendon_command",
             f"leaves tendon {tendon_labels(vehicle)[tendon]} slack at the start{where}, "
