@@ -78,6 +78,7 @@ def _launch(
     import warp as wp
 
     from amiri2026.table import kernel as device
+    from continuair.engine import structs
 
     def on_cpu(values: Array, dtype: Any) -> Any:
         return wp.array(values, dtype=dtype, device="cpu", copy=False)
@@ -93,7 +94,7 @@ def _launch(
     def run(index: int) -> None:
         one = slice(index, index + 1)
         results = [on_cpu(states[one], device.vec16), on_cpu(status[one], wp.int32)]
-        job: Any = wp.array(packed[one], dtype=device.Job, device="cpu")
+        job = structs(packed[one], device.Job, "cpu")
         inputs: list[Any] = [job, *shared, *settings, *results]
         wp.launch(kernel, 1, inputs=inputs, device="cpu", block_dim=1)
 

@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from continuair.engine.compiling import load as load
     from continuair.engine.compiling import made_once as made_once
     from continuair.engine.compiling import start_warp as start_warp
+    from continuair.engine.lanes import structs as structs
 
 __getattr__, __dir__, __all__ = lazy.names(
     __name__,
@@ -16,5 +17,6 @@ __getattr__, __dir__, __all__ = lazy.names(
             "made_once",
             "start_warp",
         ),
+        "lanes": ("structs",),
     },
 )

@@ -19,10 +19,20 @@ def struct_rows(rows: Array, Struct: Any, lanes: int, device: str) -> Any:
     """Return structured rows of numbers, one per run or one for all, on a device."""
     rows = np.ascontiguousarray(rows)
     if lanes == 1:
-        return wp.array(rows, dtype=Struct, device=device)
+        return structs(rows, Struct, device)
     number = _first_number(rows.dtype)
     numbers = rows.view(number).reshape(len(rows), -1)
     return wp.array(numbers, dtype=getattr(wp, number.name), device=device)
+
+
+def structs(rows: Array, Struct: Any, device: str) -> Any:
+    """Copy contiguous structured rows, made with the type of `Struct`, to a device.
+
+    The rows' address is given and not the rows: for those, Warp has NumPy read its type anew from a
+    text, whose parser fails now and then where several threads use it at once (CPython 106905).
+    """
+    source: Any = wp.array(ptr=rows.ctypes.data, dtype=Struct, shape=rows.shape, device="cpu")
+    return wp.clone(source, device=device)
 
 
 def table_rows(table: Array, Row: Any, lanes: int, device: str) -> Any:
