@@ -58,8 +58,13 @@ def along(arm: ArmChain, bend: Array, points: int) -> tuple[Array, Array]:
     return along_at(arm, bend, stations(arm, points))
 
 
-def along_at(arm: ArmChain, bend: Array, s: Array) -> tuple[Array, Array]:
-    """Return points and frames as `along`, at ascending arc lengths (points,) from the mount."""
+def along_at(
+    arm: ArmChain, bend: Array, s: Array, pieces: int | None = None
+) -> tuple[Array, Array]:
+    """Return points and frames as `along`, at ascending arc lengths (points,) from the mount.
+
+    pieces: of a section whose strain varies, as in `equations.strain.rod_curve`.
+    """
     points = len(s)
     found = np.empty((*bend.shape[:-1], points, 3))
     frames = np.empty((*found.shape, 3))
@@ -71,7 +76,7 @@ def along_at(arm: ArmChain, bend: Array, s: Array) -> tuple[Array, Array]:
         stop = points if last else int(np.searchsorted(s, start + section.length))
         # The section's end, where the next one begins, is one more point.
         local = np.append(s[first:stop] - start, section.length)
-        r, turn = curve(section, own, local)
+        r, turn = curve(section, own, local, pieces)
         r, turn = origin[..., None, :] + _turned(axes, r), axes[..., None, :, :] @ turn
         found[..., first:stop, :] = r[..., :-1, :]
         frames[..., first:stop, :, :] = turn[..., :-1, :, :]
@@ -80,11 +85,13 @@ def along_at(arm: ArmChain, bend: Array, s: Array) -> tuple[Array, Array]:
     return found, frames
 
 
-def curve(section: Section, bend: Array, s: Array) -> tuple[Array, Array]:
+def curve(
+    section: Section, bend: Array, s: Array, pieces: int | None = None
+) -> tuple[Array, Array]:
     """Return points (..., n, 3) [m] and frames (..., n, 3, 3) at s, in axes of the base."""
     if section.polar:
         return arc(bend[..., None, :], s)
-    return rod_curve(section.orders, section.length, bend, s)
+    return rod_curve(section.orders, section.length, bend, s, pieces)
 
 
 def arc(bend: Array, s: Array | float) -> tuple[Array, Array]:

@@ -6,6 +6,7 @@ from continuair.cli import (  # noqa: F401, I001
     atlas,
     sweep,
     identify,
+    release,
     new,
     view,
     vehicles,

@@ -1,6 +1,28 @@
-"""Identification: fits of a vehicle's parameters to a recorded flight."""
+"""Identification: fits of a vehicle's parameters to what was measured, and comparisons with it."""
 
+from continuair.identification.bench import Bench, load_bench
+from continuair.identification.decay import Decay, decay_of, onset
 from continuair.identification.fitting import Fit, fit
+from continuair.identification.joint import JointFit, Measurement, fit_jointly
 from continuair.identification.recording import Recording, load_recording
+from continuair.identification.releases import Releases, load_releases
+from continuair.identification.validation import ReleaseValidation, validate_releases
 
-__all__ = ["Fit", "Recording", "fit", "load_recording"]
+__all__ = [
+    "Bench",
+    "Decay",
+    "Fit",
+    "JointFit",
+    "Measurement",
+    "Recording",
+    "ReleaseValidation",
+    "Releases",
+    "decay_of",
+    "fit",
+    "fit_jointly",
+    "load_bench",
+    "load_recording",
+    "load_releases",
+    "onset",
+    "validate_releases",
+]

@@ -5,7 +5,6 @@ Logs are read by `continuair.interfaces`.
 
 from __future__ import annotations
 
-import csv
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,8 @@ import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError, shortened, shown
-from continuair.files import check_regular, printed, reason, user_path
+from continuair.files import printed, user_path
+from continuair.identification.csv_rows import rows_of
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.layout import ACTUATORS, numbered
 from continuair.vehicle.vehicle import Vehicle
@@ -314,38 +314,14 @@ def _rotor_command(path: str, columns: dict[str, Array], names: tuple[str, ...])
 
 
 def _read(file: Path, names: _Names) -> tuple[list[str], list[list[str]]]:
-    """Return the headings and rows of a CSV file, or raise InputError."""
-    path, line = printed(file), 0
-    check_regular("data", file)
-    try:
-        with open(file, encoding="utf-8-sig", newline="") as text:
-            # Without `strict`, an unclosed quotation mark consumes the rest of the file.
-            reader, lines = csv.reader(text, strict=True), []
-            for cells in reader:
-                line = reader.line_num
-                if any(cell.strip() for cell in cells):
-                    lines.append(cells)
-    except csv.Error as error:
-        raise InputError(
-            "data",
-            f"is not valid CSV after line {line} ({error})",
-            "close the quotation marks there",
-        ).located(path) from None
-    except (OSError, ValueError) as error:
-        raise InputError(
-            "data",
-            f"is {path}, which cannot be read ({reason(error)})",
-            "give the path of a CSV file",
-        ) from None
-    headings = [cell.strip() for cell in lines[0]] if lines else []
+    """Return the headings and rows of a recorded flight, or raise InputError."""
+    path, (headings, rows) = printed(file), rows_of("data", file)
     _check_headings(path, headings, names)
-    if len(lines) - 1 < FEWEST_ROWS:
+    if len(rows) < FEWEST_ROWS:
         raise InputError(
-            "recording",
-            f"has {len(lines) - 1} rows",
-            f"give a flight of {FEWEST_ROWS} rows or more",
+            "recording", f"has {len(rows)} rows", f"give a flight of {FEWEST_ROWS} rows or more"
         ).located(path)
-    return headings, lines[1:]
+    return headings, rows
 
 
 def _check_headings(path: str, headings: list[str], names: _Names) -> None:

@@ -36,6 +36,12 @@ from continuair.vehicle.uav import Uav
 PAPER_VEHICLE = "paper"
 """Name of the preset whose results are compared with the numbers printed in the paper."""
 
+BENCH = "bench"
+"""Table of a vehicle's file that says how its arm was measured; it is no part of the vehicle."""
+
+UNCERTAINTY = "uncertainty"
+"""Table of a vehicle's file that says how well its fields are known; it is no part either."""
+
 _GRAVITY = 9.81
 
 _PRESETS = Presets("vehicle", Path(__file__).parents[1] / "presets")
@@ -428,6 +434,8 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     '2.617 kg'
     """
     file, fields = _PRESETS.read(name_or_path)
+    for beside in (BENCH, UNCERTAINTY):
+        fields.pop(beside, None)
     try:
         return Vehicle(**fields)
     except InputError as error:

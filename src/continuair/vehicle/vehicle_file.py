@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from continuair.errors import InputError, shown
@@ -15,8 +16,14 @@ from continuair.vehicle.vehicle import Vehicle
 _MARK = "A vehicle written by continuair; without this line it is not replaced."
 
 
-def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
+def as_toml(
+    vehicle: Vehicle,
+    comment: Iterable[str] = (),
+    beside: Mapping[str, dict[str, Any]] = MappingProxyType({}),
+) -> str:
     """Return the TOML text of a plain vehicle with all its fields, below comment lines.
+
+    beside: tables of the file that are no part of the vehicle, by name.
 
     Raises InputError for a vehicle with user-defined terms.
     """
@@ -39,7 +46,10 @@ def as_toml(vehicle: Vehicle, comment: Iterable[str] = ()) -> str:
     lines = [f"# {line}".rstrip() for line in comment]
     lines.append(f"name = {json.dumps(fields['name'], ensure_ascii=False)}")
     lines += _uav(uav) + below
-    return "\n".join([*lines, *_table("[camera]", fields["camera"])]) + "\n"
+    lines += _table("[camera]", fields["camera"])
+    for name, table in beside.items():
+        lines += _table(f"[{name}]", table)
+    return "\n".join(lines) + "\n"
 
 
 def _uav(fields: dict[str, Any]) -> list[str]:
@@ -106,14 +116,17 @@ def write_vehicle(
     path: str | os.PathLike[str],
     comment: Iterable[str] = (),
     *,
+    beside: Mapping[str, dict[str, Any]] = MappingProxyType({}),
     force: bool = False,
 ) -> None:
     """Write a plain vehicle to a new TOML file, or with `force` over one written by continuair.
 
+    beside: as in `as_toml`.
+
     Raises InputError if the file cannot be written.
     """
     check_file(path, force)
-    found, text = user_path("out", path), as_toml(vehicle, [_MARK, *comment])
+    found, text = user_path("out", path), as_toml(vehicle, [_MARK, *comment], beside)
     with writing("out", path):
         (replace if force else write_new)(found, text)
 
