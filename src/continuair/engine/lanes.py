@@ -26,8 +26,24 @@ def struct_rows(rows: Array, Struct: Any, lanes: int, device: str) -> Any:
 
 
 def structs(rows: Array, Struct: Any, device: str) -> Any:
-    """Copy contiguous structured rows, made with the type of `Struct`, to a device.
+    """Copy contiguous structured rows to a device.
 
+    Parameters
+    ----------
+    rows : ndarray
+        Rows of the type that `Struct` has for NumPy.
+    Struct : warp struct
+        Their type.
+    device : str
+        Warp's name of the device.
+
+    Returns
+    -------
+    warp.array
+        The copy.
+
+    Notes
+    -----
     The rows' address is given and not the rows: for those, Warp has NumPy read its type anew from a
     text, whose parser fails now and then where several threads use it at once (CPython 106905).
     """

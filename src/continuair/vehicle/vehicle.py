@@ -25,6 +25,7 @@ from continuair.vehicle import runs as batch
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.camera import Camera
 from continuair.vehicle.changes import implied
+from continuair.vehicle.deviations import split_deviations
 from continuair.vehicle.effect import Effect, check_effects
 from continuair.vehicle.fields import Part, Title
 from continuair.vehicle.layout import Layout
@@ -433,11 +434,24 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     >>> f"{ca.load_vehicle('paper').mass:.3f} kg"
     '2.617 kg'
     """
+    return read_vehicle(name_or_path)[0]
+
+
+def read_vehicle(
+    name_or_path: str | os.PathLike[str],
+) -> tuple[Vehicle, dict[str, object], dict[str, Any], str]:
+    """Return a file's vehicle, the standard deviations of fields, its `[uncertainty]`, its name.
+
+    Raises InputError as `load_vehicle`.
+    """
     file, fields = _PRESETS.read(name_or_path)
-    for beside in (BENCH, UNCERTAINTY):
-        fields.pop(beside, None)
+    fields.pop(BENCH, None)
+    table = fields.pop(UNCERTAINTY, {})
+    fields, deviations = split_deviations(fields)
     try:
-        return Vehicle(**fields)
+        if not isinstance(table, dict):
+            raise InputError(UNCERTAINTY, f"is {shown(table)}", "write it as a table")
+        return Vehicle(**fields), deviations, table, f"{file}"
     except InputError as error:
         raise error.located(f"{file}") from None
 
