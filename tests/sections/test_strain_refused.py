@@ -134,10 +134,8 @@ def test_a_strain_beyond_a_full_circle_is_refused(bend: list[float]) -> None:
             call()
 
 
-def test_a_callback_and_a_law_for_arcs_are_refused() -> None:
+def test_a_law_for_arcs_is_refused() -> None:
     rest = ca.Scenario("rest", np.zeros(10))
-    with refused("scenario.force_callback"):
-        ca.simulate(LINEAR, rest.replace(force_callback=lambda t, state: ca.Wrench([0, 0, 1])))
     law = ca.flight_controller(flying(rod()))
     wanted = ca.Setpoints(bend=[0.5, 0.0, 0.0, 0.0])
     with refused("controller"):
