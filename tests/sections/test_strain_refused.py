@@ -20,6 +20,7 @@ USE_IT = {
     "linearize",
     "advise",
     "backbone",
+    "gradient",
     "classic",
     "design",
     "run_pairs",
