@@ -124,8 +124,8 @@ def gradient(
     cost : callable
         Function of the trajectory, a Dataset as of `simulate`, with position, attitude, velocity,
         angular_velocity, bend, bend_rate (strain, strain_rate), tip_position, tip_attitude,
-        tip_velocity and tip_angular_velocity over time. It returns its value, and a mapping from some of these names
-        to the derivatives of the value, in the shape of the variable.
+        tip_velocity and tip_angular_velocity over time. It returns its value, and a mapping from
+        some of these names to the derivatives of the value, in the shape of the variable.
     fields : iterable of str, optional
         Dotted names of the vehicle's fields, such as "uav.mass" or "arm.length", which change as in
         `Vehicle.replace`.
