@@ -29,6 +29,7 @@ USE_IT = {
     "hold",
     "rigid_inertia",
     "tendon_tensions",
+    "to_casadi",
     "to_mjcf",
 }
 """Functions that sections of any kind can be given to."""
