@@ -14,13 +14,12 @@ from continuair import checks
 from continuair.analysis.backbone import HALF_TURN
 from continuair.errors import InputError
 from continuair.files import new_file, save
-from continuair.flight.labels import flat_labels
+from continuair.flight.labels import columns_of_bends, columns_of_moments, flat_labels
 from continuair.interfaces.chain import coordinates_of, fastest_mode, freedoms_of, links_of
 from continuair.interfaces.outline import equal_box, pointing, radius_of
 from continuair.terms import name_of
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.camera import Camera
-from continuair.vehicle.layout import numbered
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
@@ -227,10 +226,8 @@ def _bend_moments(tendons: Element, actuators: Element, vehicle: Vehicle, links:
 
 def _coordinate_names(vehicle: Vehicle) -> list[tuple[str, str]]:
     """Return the name of each coordinate of the sections, and of the moment conjugate to it."""
-    if vehicle.layout.strains:
-        return [(label, f"bend_moment_{label}") for label in flat_labels(vehicle)]
-    names = numbered(("bend_x", "bend_y"), vehicle.sections if vehicle.has_arm_list else None)
-    return [(name, name.replace("bend", "bend_moment")) for name in names]
+    bends = flat_labels(vehicle) or columns_of_bends(vehicle)
+    return list(zip(bends, columns_of_moments(vehicle), strict=True))
 
 
 def _camera(tip: Element, camera: Camera) -> None:
