@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.interfaces.log_recording import check_roles
 from tests.refusals import refused
 from tests.sections.strains import flying, rod
 
@@ -143,6 +144,13 @@ def test_a_law_for_arcs_is_refused() -> None:
     wanted = ca.Setpoints(bend=[0.5, 0.0, 0.0, 0.0])
     with refused("controller"):
         ca.simulate(LINEAR, rest.replace(controller=law, setpoints=wanted))
+
+
+def test_a_log_of_a_tip_does_not_give_a_strain_but_one_of_all_coordinates_does() -> None:
+    check_roles(LINEAR, {"position", "attitude", "bend"})
+    for role in ("tip", "camera"):
+        with refused("topics"):
+            check_roles(LINEAR, {"position", "attitude", role})
 
 
 def test_a_soft_upright_arm_tips_over_or_is_refused() -> None:
