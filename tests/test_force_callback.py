@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 import continuair as ca
 from continuair.scenario.wrench import FlightState
 from tests.refusals import refused
+from tests.sections.strains import flying, rod
 from tests.terms.tip_drag import TipDrag
 
 VEHICLE = ca.load_vehicle("paper")
@@ -51,6 +52,35 @@ def test_a_constant_wrench_is_that_input() -> None:
     # Also of calls that meet neither steps nor samples.
     between = flown(callback, callback_rate=777.0)["tip_position"].to_numpy()
     assert between == pytest.approx(expected["tip_position"].to_numpy(), rel=1e-6)
+
+
+def test_a_callback_sees_the_coordinates_of_sections_of_any_kind() -> None:
+    """It returns a force of them, which a flight with that force alone repeats."""
+    vehicle = flying(rod(bending=1, nodes=4), rod())
+    q = [0, 0, 1, 0.1, 0, 0, 1.0, 0.3, 0.2, 0.1, 2.0, 0.5]
+    start = ca.Scenario("called", q, duration=0.02)
+    seen, forces = [], []
+
+    def callback(time: float, state: FlightState) -> ca.Wrench:
+        seen.append(np.concatenate([state.bend, state.bend_rate]))
+        forces.append([0.1 * state.bend[1], state.bend[4], 1e-3 * state.bend_rate[0]])
+        return ca.Wrench(forces[-1], at="tip")
+
+    options: dict[str, Any] = {"method": "RK4", "step": 2.5e-4, "sample": 1e-3}
+    flight = ca.simulate(vehicle, start.replace(force_callback=callback), **options)
+    along = xr.concat([flight["strain"], flight["strain_rate"]], "strain_coordinate")
+    assert np.asarray(seen).shape == (20, 12)
+    np.testing.assert_allclose(seen, along.to_numpy()[:-1], rtol=1e-9, atol=1e-9)
+    held, jumps = np.asarray(forces), 1e-3 * np.arange(1, 20)
+
+    def wrench(time: float) -> list[float]:
+        return [*held[np.searchsorted(jumps, time, side="right")], 0.0, 0.0, 0.0]
+
+    same = start.replace(tip_wrench=wrench, jumps=tuple(jumps))
+    expected = ca.simulate(vehicle, same, **options)
+    for name in ("strain", "tip_position"):
+        np.testing.assert_allclose(flight[name], expected[name], rtol=1e-9, atol=1e-9)
+    assert np.abs(held).max(axis=0).min() > 1e-2
 
 
 def test_a_batch_is_called_once_for_all_its_runs() -> None:

@@ -9,7 +9,9 @@ import pytest
 import xarray as xr
 
 import continuair as ca
+from continuair.flight.labels import flat_labels
 from tests.refusals import refused
+from tests.sections.strains import flying, rod
 from tests.viewer.flights import PAPER, swing, watching
 
 DUAL = ca.load_vehicle("dual_arm")
@@ -100,6 +102,25 @@ def test_the_tip_path_the_bend_and_the_wrench_are_those_of_the_flight() -> None:
     np.testing.assert_array_equal(
         curves(wrench.axes[-1])[0][:, 1], 2.0 * flight["base_force"].sel(arm="right", axis="z")
     )
+
+
+def test_strains_have_a_row_for_each_section_and_a_panel_for_each_coordinate() -> None:
+    """A panel shows the coordinate that its label names, whatever the order of coordinates."""
+    vehicle = flying(rod(bending=1, stretch=0, name="long"), rod(name="short"))
+    names = [*flat_labels(vehicle)]
+    time = np.linspace(0.0, 1.0, 5)
+    values = xr.DataArray(
+        np.outer(time, np.arange(1.0, 8.0)), [("time", time), ("strain_coordinate", names)]
+    )
+    flight = xr.Dataset(
+        {"strain": values, "status": 0, "end_time": 1.0}, attrs={"model": "coupled"}
+    )
+    figure = ca.plot.bend(flight.isel(strain_coordinate=slice(None, None, -1)))
+    axes = {each.get_ylabel(): curves(each)[0][:, 1] for each in figure.axes}
+    assert len(axes) == 7
+    np.testing.assert_array_equal(axes["0.long\nbend_x_1 [1/m]"], 2.0 * time)
+    np.testing.assert_array_equal(axes["0.long\nstretch_0 [-]"], 5.0 * time)
+    np.testing.assert_array_equal(axes["0.short\nbend_y_0 [1/m]"], 7.0 * time)
 
 
 def test_the_image_shows_the_feature_points() -> None:

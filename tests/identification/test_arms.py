@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from continuair.identification.fields import fitted_fields
 from tests.identification.flights import SAMPLE, write
 from tests.identification.test_fitting import run
 from tests.refusals import assert_refused, refused
+from tests.sections.strains import flying, rod
 from tests.test_arms import TOML
 
 pytestmark = pytest.mark.targets
@@ -122,6 +124,55 @@ def test_two_arms_of_one_file_are_told_apart_by_name_or_index() -> None:
     found = fitted("dual_arm", wrong, asked)
     assert found.fields == tuple(wrong)
     np.testing.assert_allclose(found.values, [2.5e9, 2.5e9, 0.05, 0.16], rtol=1e-5)
+
+
+STRAINED = flying(rod(bending=1, nodes=5, damping_ratio=0.03, name="rod"), name="arm")
+
+
+def record_strained(duration: float = 0.6) -> ca.Vehicle:
+    """Write flight.csv as `to_csv` does, of STRAINED pushed about its weight; return that."""
+    time = SAMPLE * np.arange(round(duration / SAMPLE) + 1)
+    rows = np.zeros((len(time), 10))
+    rows[:, 2] = 9.81 * STRAINED.mass
+    rows[:, :2] = np.sin(np.outer(time, [11.0, 7.0])) * [2.0, 1.5]
+    rows[:, 6:] = 0.01 * np.cos(np.outer(time, [13.0, 17.0, 15.0, 20.0]))
+
+    def held(t: float) -> np.ndarray:
+        return rows[int(np.searchsorted(time, t, side="right")) - 1]
+
+    scenario = ca.Scenario(
+        "held", [0.3, -0.2, 5.0, 0.05, -0.04, 0.2, 0.4, 0.3, -0.2, 0.1],
+        force=lambda t: held(t)[:3], bend_moment=lambda t: held(t)[6:],
+        jumps=tuple(time[1:-1]), duration=duration,
+    )  # fmt: skip
+    found = ca.simulate(STRAINED, scenario, sample=SAMPLE, method="RK4", step=2e-4)
+    ca.to_csv(found, "flight.csv", scenario=scenario)
+    return STRAINED
+
+
+@pytest.mark.filterwarnings("ignore:flight.csv. ignores")
+def test_a_flight_of_a_strained_section_gives_back_its_stiffness_and_damping() -> None:
+    vehicle = record_strained()
+    wrong = {
+        "arm.arm.section.rod.youngs_modulus": 7e7,
+        "arm.arm.section.rod.damping_ratio": 0.06,
+    }
+    recording = load_recording("flight.csv", vehicle)
+    assert recording.bend.shape[1] == 4 and recording.inputs is not None
+    found = fit(vehicle.replace(wrong), recording, None)
+    assert found.fields == tuple(wrong)
+    assert found.converged and found.doubts == ()
+    np.testing.assert_allclose(found.values, [5e7, 0.03], rtol=1e-4)
+
+
+@pytest.mark.filterwarnings("ignore:flight.csv. ignores")
+def test_strains_beyond_a_full_circle_are_refused() -> None:
+    """By the sums of the coefficients along each axis, as the flights judge them."""
+    recording = load_recording("flight.csv", record_strained(0.1))
+    bend = recording.bend.copy()
+    bend[3] = [7.0, 6.0, 0.0, 0.0]
+    with refused("bend"):
+        fit(STRAINED, dataclasses.replace(recording, bend=bend), None)
 
 
 def test_by_default_stiffness_and_damping_of_every_section_are_fitted() -> None:

@@ -7,6 +7,8 @@ import pytest
 
 import continuair as ca
 from tests.refusals import refused
+from tests.sections.strains import flying as strained
+from tests.sections.strains import rod
 
 casadi = pytest.importorskip("casadi")
 
@@ -125,6 +127,60 @@ def test_second_derivatives_at_a_straight_arm_are_finite_and_symmetric_in_its_pl
     straight, nearly = (np.array(H(size * np.ones((2, 2)))) for size in (0.0, 1e-6))
     assert np.isfinite(straight).all()
     np.testing.assert_allclose(straight, nearly, rtol=0, atol=1e-4 * np.abs(straight).max())
+
+
+DISK = {"position": 0.2, "mass": 0.02, "inertia": (2e-6, 4e-6)}
+GRIPPER = {"mass": 0.1, "centre": [0.01, 0.0, 0.02], "inertia": [1e-4, 1e-4, 2e-4]}
+STRAINED = strained(
+    rod(bending=1, twist=0, stretch=0, shear=0, drag_coefficient=1.1, disks=[DISK]),
+    rod(length=0.3), tip=GRIPPER,
+)  # fmt: skip
+
+
+def strained_state(seed: int, bend: float) -> dict[str, Any]:
+    """Random arguments; bend: typical angle from end to end of a section [rad]."""
+    drawn = state(STRAINED, seed)
+    draw = np.random.default_rng(seed + 100).normal
+    sizes = np.array([*5 * [2.0], *3 * [0.05], *2 * [3.0]])
+    drawn = {name: value for name, value in drawn.items() if "bend" not in name}
+    return drawn | {
+        "strain": bend * sizes * draw(size=10),
+        "strain_rate": sizes * draw(size=10),
+        "strain_force": 0.1 * draw(size=10),
+    }
+
+
+@pytest.mark.parametrize("bend", [0.0, 1e-4, 0.5])
+def test_casadi_accelerates_sections_whose_strain_varies_as_the_kernels_do(bend: float) -> None:
+    """A linear section that twists, stretches and shears, with an arc and a body beyond it."""
+    function = ca.to_casadi(STRAINED)
+    for seed in range(5):
+        drawn = strained_state(seed, bend)
+        expected = flat(ca.accelerations(STRAINED, **drawn))
+        error = np.abs(flat(map(np.array, called(function, drawn))) - expected)
+        # Momenta are differentiated here, of axes that the kernels turn by sums over nodes.
+        assert error.max() < 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.long
+def test_the_jacobian_of_a_strained_arm_is_the_slope_of_the_kernels() -> None:
+    drawn = strained_state(3, 0.5)
+    found = slopes(ca.to_casadi(STRAINED), drawn)
+    expected = differences(STRAINED, drawn)
+    assert np.abs(found - expected).max() < 1e-7 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("strain", [[6.0, 6.1, 1.7, 1.7], [0, 0, 12.4, 0.2]])
+def test_beyond_a_full_circle_of_strain_values_are_nan(strain: list[float]) -> None:
+    """As in the kernels, by the sums of the absolute coefficients."""
+    vehicle = strained(rod(bending=1))
+    function = ca.to_casadi(vehicle)
+    for share in (0.995, 1.0):
+        given: dict[str, Any] = {"attitude": [0.0, 0.0, 0.0, 1.0]}
+        given["strain"] = share * np.array(strain, float)
+        ours = flat(ca.accelerations(vehicle, **given))
+        found = flat(map(np.array, called(function, given)))
+        assert np.isfinite(ours).all() == np.isfinite(found).all() == (share < 1.0)
 
 
 def test_what_is_left_out_of_a_call_is_nothing_but_gravity() -> None:

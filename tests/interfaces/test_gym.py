@@ -13,6 +13,7 @@ import pytest
 import continuair as ca
 from continuair.interfaces.hovering import BOUND, ROTORS, default_vehicle
 from tests.refusals import refused
+from tests.sections.strains import flying, rod
 
 gymnasium = pytest.importorskip("gymnasium")
 
@@ -285,6 +286,30 @@ def test_bend_moments_bend_the_arm_along_their_axes() -> None:
     bends = seen[:, 18:20]
     assert bends[0, 0] > 0.01 and bends[1, 1] > 0.01
     assert np.abs(bends[[0, 1], [1, 0]]).max() < 1e-6
+
+
+def test_sections_of_any_kind_are_seen_as_simulate_returns_them() -> None:
+    """An arc beyond a linear strain: bent alike at the start, then moved by their moments."""
+    rotors = ROTORS | {"lag": 0.0}
+    arm = flying(rod(bending=1, nodes=4), rod()).replace({"uav.rotors": rotors})
+    env = gymnasium.make_vec(HOVER, num_envs=1, vehicle=arm, hold="uav", bend_moment=0.1)
+    first = env.reset(seed=0)[0][0]
+    assert np.all(first[[18, 20, 22, 23]]) and not first[[19, 21, *range(24, 30)]].any()
+    task = gymnasium.make_vec(
+        HOVER, num_envs=1, vehicle=arm, hold="uav", bend_moment=0.1, disturbance=0.0
+    )
+    task.reset(seed=0)
+    action = np.array([[0.2, 0.3, 0.1, 0.25, 1.0, -0.5, 0.3, 0.2, 0.4, -0.8]])
+    for _ in range(3):
+        seen, *_ = task.step(action)
+    held = ca.Scenario(
+        "held", np.zeros(12), rotor_command=5.0 * (1.0 + action[0, :4]),
+        bend_moment=0.1 * action[0, 4:], duration=0.06,
+    )  # fmt: skip
+    flight = ca.simulate(arm, held, sample=0.02, rtol=1e-9, atol=1e-11).isel(time=-1)
+    wanted = np.concatenate([flight["strain"], flight["strain_rate"]])
+    assert np.abs(wanted).min() > 1e-3
+    np.testing.assert_allclose(seen[0, 18:30], wanted, rtol=1e-4, atol=1e-5)
 
 
 def test_every_environment_may_have_a_vehicle_of_its_own() -> None:

@@ -10,8 +10,11 @@ from scipy.spatial.transform import Rotation
 
 import continuair as ca
 from continuair.equations.camera import axes_on_body, on_body
+from continuair.equations.strain import rod_curve, strain_of
+from continuair.flight.labels import flat_labels
 from continuair.interfaces.chain import links_of
 from tests.refusals import refused
+from tests.sections.strains import flying, rod
 
 mujoco = pytest.importorskip("mujoco", exc_type=ImportError)
 
@@ -101,6 +104,64 @@ def test_a_clamped_chain_swings_as_a_beam_and_constant_curvature_by_27_percent_f
     assert off[2] == pytest.approx(off[1] / 4, rel=0.05)
     ours = float(ca.modes(vehicle, base="clamped", gravity=0.0).frequencies[0])
     assert ours / beam == pytest.approx(1.272, abs=1e-3)
+
+
+ROD = {"bending": 3, "twist": 2, "stretch": 1, "shear": 1}
+"""Highest orders of a strain."""
+
+
+def posed(model: Any, data: Any, vehicle: ca.Vehicle, bends: np.ndarray, links: int) -> None:
+    """Set the joints to the strain of their parts, at coordinates of the only section."""
+    section = vehicle.arms[0].section[0]
+    for index in range(links):
+        turning, advance = strain_of(section.orders, bends, (index + 0.5) / links)
+        strain = {"x": turning[0], "y": turning[1], "z": turning[2]}
+        strain |= {f"slide_{axis}": value for axis, value in zip("xyz", advance, strict=True)}
+        strain["slide_z"] += 1.0
+        for name, value in strain.items():
+            data.joint(f"0.0.{index + 1}.{name}").qpos = value * section.length / links
+    mujoco.mj_kinematics(model, data)
+
+
+def test_a_chain_of_a_strained_section_takes_the_shape_of_the_rod(tmp_path: Path) -> None:
+    """All components of the strain vary; at twice the links a quarter is off."""
+    vehicle = flying(rod(**ROD))
+    section, random = vehicle.arms[0].section[0], np.random.default_rng(4)
+    bends = random.normal(size=section.coordinates) * np.repeat([1.5, 0.1], [11, 6])
+    points, frames = rod_curve(section.orders, section.length, bends, [section.length])
+    off = []
+    for links in (8, 16, 32):
+        model, data = loaded(vehicle, tmp_path, links)
+        posed(model, data, vehicle, bends, links)
+        site = data.site("0.tip")
+        end = np.asarray(vehicle.arms[0].mount) + points[0]
+        turn = (frames[0] @ np.diag([1.0, -1.0, -1.0])).T @ site.xmat.reshape(3, 3)
+        off.append([np.linalg.norm(site.xpos - end), Rotation.from_matrix(turn).magnitude()])
+        found = dict(zip(flat_labels(vehicle), bends, strict=True))
+        mujoco.mj_forward(model, data)
+        lengths = [float(data.tendon(name).length[0]) for name in found]
+        # Sums at the middles of parts are off the integrals by 1 / N² of the highest orders.
+        assert np.abs(lengths - bends).max() < 12.0 / links**2 * np.abs(bends).max()
+    np.testing.assert_allclose(np.array(off[:-1]) / off[1:], 4.0, rtol=0.1)
+
+
+def test_a_clamped_chain_swings_and_twists_as_the_strained_arm_does(tmp_path: Path) -> None:
+    vehicle = flying(rod(bending=3, twist=2))
+    section = vehicle.arms[0].section[0]
+    wave = np.sqrt(section.rigidities()[2] / (section.axial_inertia_per_length))
+    twists = 0.5 * np.pi * wave / section.length
+    ours = ca.modes(vehicle, base="clamped", gravity=0.0).frequencies
+    assert np.abs(ours / twists - 1.0).min() < 1e-4
+    expected = np.array([ours[0], twists])
+    off = []
+    for links in (8, 16, 32):
+        model, data = loaded(vehicle, tmp_path, links)
+        squares = eigvalsh(springs(model)[6:, 6:], inertia(model, data)[6:, 6:])
+        found = np.sqrt(squares)
+        twisting = found[np.abs(found / expected[1] - 1.0).argmin()]
+        off.append(np.array([found[0], twisting]) / expected - 1.0)
+    assert np.abs(off[0]).max() < 5e-3
+    np.testing.assert_allclose(np.array(off[:-1]) / off[1:], 4.0, rtol=0.1)
 
 
 def test_an_arm_held_level_sags_as_a_beam_does(tmp_path: Path) -> None:

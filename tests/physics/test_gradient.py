@@ -20,7 +20,9 @@ from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import tangents_of
 from continuair.flight.prepare import prepare
 from continuair.flight.rollout import fly
+from continuair.flight.trajectory import OF_SECTION, OF_STRAIN
 from continuair.vehicle.layout import GENERAL, OF_TIPS, TIP
+from tests.sections.strains import flying, rod
 
 Array = np.ndarray
 
@@ -33,6 +35,10 @@ NAMES = OF_STATE + OF_TIPS
 PAPER = ca.load_vehicle("paper").replace({"arm.damping_ratio": 0.03})
 DUAL = ca.load_vehicle("dual_arm")
 TWO = ca.load_vehicle("two_section")
+DISK = {"position": 0.2, "mass": 0.02, "inertia": (2e-6, 4e-6)}
+STRAINED = flying(
+    rod(bending=1, twist=0, nodes=5, damping_ratio=0.02, disks=[DISK]), rod(damping_ratio=0.02)
+)
 INPUTS = ("force", "moment", "bend_moment", "tip_wrench")
 
 OF_ARM = ("length", "radius", "density", "youngs_modulus", "damping_ratio")
@@ -41,6 +47,11 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "dual_arm": (
         "uav.mass", "arm.left.mount", "arm.left.attitude", "arm.right.section.0.length",
         "arm.right.section.0.disks.0.mass", "arm.left.section.0.density",
+    ),
+    "strained": (
+        "arm.0.mount", "arm.0.section.0.disks.0.position",
+        *(f"arm.0.section.0.{name}" for name in (*OF_ARM, "poisson_ratio")),
+        "arm.0.section.1.length",
     ),
     "two_section": (
         "uav.inertia", "arm.arm.section.base.length", "arm.arm.section.tip.youngs_modulus",
@@ -56,6 +67,8 @@ CASES = [
     pytest.param(PAPER, "coupled", 0.0, 2, id="straight, two steps"),
     pytest.param(PAPER, "coupled", 0.8, 200, id="bent"),
     pytest.param(DUAL, "coupled", 0.0, 20, id="two straight arms"),
+    pytest.param(STRAINED, "coupled", 0.8, 20, id="strain beside an arc"),
+    pytest.param(STRAINED, "independent", 0.8, 20, id="strain, independent", marks=slow),
     pytest.param(PAPER, "independent", 0.0, 60, id="independent, straight", marks=slow),
     pytest.param(PAPER, "independent", 0.8, 60, id="independent, bent", marks=slow),
     pytest.param(PAPER, "decoupled", 0.8, 60, id="decoupled", marks=slow),
@@ -63,6 +76,12 @@ CASES = [
     pytest.param(TWO, "coupled", 0.8, 20, id="two sections", marks=slow),
     pytest.param(TWO, "independent", 0.0, 20, id="two sections, independent", marks=slow),
 ]
+
+
+def names_of(vehicle: ca.Vehicle) -> tuple[str, ...]:
+    """The names of what a cost may hold, of a vehicle's sections."""
+    renamed = dict(zip(OF_SECTION, OF_STRAIN, strict=True)) if vehicle.layout.strains else {}
+    return tuple(renamed.get(name, name) for name in NAMES)
 
 
 def scenario(vehicle: ca.Vehicle, kappa: float, steps: int, **changes: Any) -> ca.Scenario:
@@ -88,7 +107,7 @@ def force_of(vehicle: ca.Vehicle, name: str) -> float:
 def cost(flight: xr.Dataset) -> tuple[Any, dict[str, Array]]:
     """Σ c x + x²/2 over all that a cost may hold, c random; of each run of a batch."""
     value, slopes = 0.0, {}
-    for name in NAMES:
+    for name in (each for each in (*NAMES, *OF_STRAIN) if each in flight):
         x = flight[name].transpose(..., "run") if "run" in flight.dims else flight[name]
         shape = x.shape[: x.ndim - ("run" in flight.dims)]
         c = np.random.default_rng(len(name)).normal(size=shape)
@@ -121,8 +140,8 @@ def test_the_start_inputs_and_fields_have_the_slopes_of_simulated_costs(
     options: dict[str, Any] = {"model": model, "step": STEP, "sample": STEP}
     fields = FIELDS[vehicle.name]
     found = ca.gradient(vehicle, flight, cost, fields=fields, **options)
-    options["method"] = "RK4"
-    assert found.value == cost(ca.simulate(vehicle, flight, variables=NAMES, **options))[0]
+    options |= {"method": "RK4", "variables": names_of(vehicle)}
+    assert found.value == cost(ca.simulate(vehicle, flight, **options))[0]
 
     for name, slopes in of_starts(vehicle, flight, model).items():
         assert_close(found.start[name], slopes)
@@ -131,7 +150,7 @@ def test_the_start_inputs_and_fields_have_the_slopes_of_simulated_costs(
 
         def pushed(moved: Array, name: str = name, given: Array = given) -> Array:
             batch = flight.replace(**{name: given + moved})
-            return np.asarray(cost(ca.simulate(vehicle, batch, variables=NAMES, **options))[0])
+            return np.asarray(cost(ca.simulate(vehicle, batch, **options))[0])
 
         size = 1e-2 * force_of(vehicle, name)
         assert_close(found.inputs[name].sum(axis=0), differences(pushed, len(given), size))
@@ -141,7 +160,7 @@ def test_the_start_inputs_and_fields_have_the_slopes_of_simulated_costs(
 
 def of_starts(vehicle: ca.Vehicle, flight: ca.Scenario, model: str) -> dict[str, Array]:
     """Differences of costs as the state at the start moves, by the parts of a Gradient."""
-    prepared = prepare(vehicle, flight, step=STEP, sample=STEP)
+    prepared = prepare(vehicle, flight, step=STEP, sample=STEP, strain=True)
     layout, size = prepared.coupled.layout, 1e-3
     centre, width = prepared.start.states[0], 2 * layout.coordinates
     states = np.array([_perturbed(centre, i, size * h) for i in range(width) for h in PLACES])
@@ -150,9 +169,10 @@ def of_starts(vehicle: ca.Vehicle, flight: ca.Scenario, model: str) -> dict[str,
     moved = dataclasses.replace(
         prepared, start=start, runs=runs, batched=True, steps=np.full(runs, STEP)
     )
-    values = cost(fly(moved, model, NAMES))[0].reshape(width, -1) @ WEIGHTS / size
+    values = cost(fly(moved, model, names_of(vehicle)))[0].reshape(width, -1) @ WEIGHTS / size
     ends = np.cumsum([3, 3, layout.bends, 3, 3, layout.bends])[:-1]
-    parts = ("position", "rotation", "bend", "velocity", "angular_velocity", "bend_rate")
+    bend, bend_rate = OF_STRAIN if layout.strains else OF_SECTION
+    parts = ("position", "rotation", bend, "velocity", "angular_velocity", bend_rate)
     return dict(zip(parts, np.split(values, ends), strict=True))
 
 
@@ -167,7 +187,7 @@ def of_field(vehicle: ca.Vehicle, flight: ca.Scenario, name: str, options: dict[
         moved[entry] += 0.5
         moved[entry[::-1]] += 0.5
         batch = vehicle.replace({name: value + size * np.multiply.outer(PLACES, moved)})
-        values = cost(ca.simulate(batch, flight, variables=NAMES, **options))[0]
+        values = cost(ca.simulate(batch, flight, **options))[0]
         found[entry] = values @ WEIGHTS / size
     return found
 

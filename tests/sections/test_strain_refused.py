@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.interfaces.log_recording import check_roles
 from tests.refusals import refused
 from tests.sections.strains import flying, rod
 
@@ -20,6 +21,7 @@ USE_IT = {
     "linearize",
     "advise",
     "backbone",
+    "gradient",
     "classic",
     "design",
     "run_pairs",
@@ -28,6 +30,8 @@ USE_IT = {
     "hold",
     "rigid_inertia",
     "tendon_tensions",
+    "to_casadi",
+    "to_mjcf",
 }
 """Functions that sections of any kind can be given to."""
 
@@ -134,14 +138,19 @@ def test_a_strain_beyond_a_full_circle_is_refused(bend: list[float]) -> None:
             call()
 
 
-def test_a_callback_and_a_law_for_arcs_are_refused() -> None:
+def test_a_law_for_arcs_is_refused() -> None:
     rest = ca.Scenario("rest", np.zeros(10))
-    with refused("scenario.force_callback"):
-        ca.simulate(LINEAR, rest.replace(force_callback=lambda t, state: ca.Wrench([0, 0, 1])))
     law = ca.flight_controller(flying(rod()))
     wanted = ca.Setpoints(bend=[0.5, 0.0, 0.0, 0.0])
     with refused("controller"):
         ca.simulate(LINEAR, rest.replace(controller=law, setpoints=wanted))
+
+
+def test_a_log_of_a_tip_does_not_give_a_strain_but_one_of_all_coordinates_does() -> None:
+    check_roles(LINEAR, {"position", "attitude", "bend"})
+    for role in ("tip", "camera"):
+        with refused("topics"):
+            check_roles(LINEAR, {"position", "attitude", role})
 
 
 def test_a_soft_upright_arm_tips_over_or_is_refused() -> None:

@@ -21,16 +21,25 @@ from continuair.engine.engine import Logs
 from continuair.engine.slopes import Slopes
 from continuair.engine.tangents import Tangents
 from continuair.flight.cohorts import Cohort, Flight
-from continuair.flight.trajectory import Recorder
+from continuair.flight.trajectory import OF_SECTION, OF_STRAIN, Recorder
 from continuair.kernels.slopes import tip_columns
 from continuair.typing import Array
 from continuair.vehicle.layout import GENERAL, OF_TIPS, TIP, Layout, width_of
 
 OF_STATE = ("position", "attitude", "bend", "velocity", "angular_velocity", "bend_rate")
-"""Variables of a trajectory that form the state; velocity in body axes."""
+"""Variables of a trajectory that form the state, of arcs; velocity in body axes."""
 
 _AT_ONCE = 2048
 """Number of steps whose derivatives are in memory at once."""
+
+
+def variables_of_state(layout: Layout) -> dict[str, str]:
+    """Return the variables that form the state of a trajectory, and their columns' names."""
+    names = {name: name for name in OF_STATE}
+    if not layout.strains:
+        return names
+    renamed = dict(zip(OF_SECTION, OF_STRAIN, strict=True))
+    return {renamed.get(name, name): name for name in names}
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +80,8 @@ def flown(flight: Flight, model: str) -> Flown:
     )
     at_samples = np.ascontiguousarray(logs.log[:, samples])
     observed = engine.observe(at_samples, cohort.at_samples, OF_TIPS)
-    recorder = Recorder(flight, model, (*OF_STATE, *OF_TIPS), "float64")
+    names = (*variables_of_state(flight.coupled.layout), *OF_TIPS)
+    recorder = Recorder(flight, model, names, "float64")
     kept = Logs(at_samples, logs.status, logs.last_step, logs.saturation, observed)
     recorder.keep(cohort, kept)
     return Flown(cohort, model, logs.log[0], samples, int(logs.status[0]), recorder)
@@ -121,9 +131,9 @@ def _of_states(flight: Flown, cost: Mapping[str, Array]) -> Array:
     """Return the partial derivatives of a cost with respect to each state (steps + 1, state)."""
     layout, at = flight.layout, flight.samples
     own = np.zeros((len(flight.log), layout.state))
-    for name in OF_STATE:
+    for name, column in variables_of_state(layout).items():
         if name in cost and name != "velocity":
-            own[at, getattr(layout, name)] += cost[name]
+            own[at, getattr(layout, column)] += cost[name]
     if "velocity" in cost:
         moved, turned = _of_body_velocity(flight.log[at], cost["velocity"], layout)
         own[at, layout.velocity] += moved

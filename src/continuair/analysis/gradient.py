@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from continuair import checks
-from continuair.analysis.adjoint import OF_STATE, Flown, flown, of_rotation, sweep
+from continuair.analysis.adjoint import Flown, flown, of_rotation, sweep, variables_of_state
 from continuair.engine.tangents import tangents_of
 from continuair.errors import InputError, nearest, shown
 from continuair.flight.cohorts import Flight
@@ -47,7 +47,8 @@ class Gradient:
     start : dict of str to ndarray
         With respect to the initial position [m, world axes], rotation [rad, a rotation vector in
         body axes], bend [1/m], velocity [m/s, world axes], angular_velocity [rad/s, body axes] and
-        bend_rate [1/(m s)].
+        bend_rate [1/(m s)]; with a section whose strain varies, strain and strain_rate in place of
+        bend and bend_rate.
     inputs : dict of str to ndarray
         With respect to force, moment, bend_moment and tip_wrench, as in a `Scenario`, held during
         each step alone and added to the scenario's inputs; shapes (steps, n).
@@ -122,9 +123,9 @@ def gradient(
         One run without controller and `tau`.
     cost : callable
         Function of the trajectory, a Dataset as of `simulate`, with position, attitude, velocity,
-        angular_velocity, bend, bend_rate, tip_position, tip_attitude, tip_velocity and
-        tip_angular_velocity over time. It returns its value, and a mapping from some of these names
-        to the derivatives of the value, in the shape of the variable.
+        angular_velocity, bend, bend_rate (strain, strain_rate), tip_position, tip_attitude,
+        tip_velocity and tip_angular_velocity over time. It returns its value, and a mapping from
+        some of these names to the derivatives of the value, in the shape of the variable.
     fields : iterable of str, optional
         Dotted names of the vehicle's fields, such as "uav.mass" or "arm.length", which change as in
         `Vehicle.replace`.
@@ -151,10 +152,12 @@ def gradient(
     -----
     Derivatives are those of the integration steps.
     """
-    check_has_arms(check_single_vehicle(vehicle))
+    check_has_arms(check_single_vehicle(vehicle, strain=True))
     checks.choice("model", model, MODELS)
-    _check_plain(check_single_vehicle(vehicle))
-    flight = prepare(vehicle, scenario, step=step, sample=sample, duration=duration, stacklevel=3)
+    _check_plain(vehicle)
+    flight = prepare(
+        vehicle, scenario, step=step, sample=sample, duration=duration, strain=True, stacklevel=3
+    )
     _check_smooth(flight)
     names = _names(fields)
     tangents = tangents_of(vehicle, names, flight.engine(model).kernels.types.Plant)
@@ -169,7 +172,7 @@ def gradient(
     recorder.error_estimate = _error_of(found)
     warn_of_errors(recorder.error_estimate, stacklevel=3)
     trajectory = recorder.dataset(recorder.step)
-    value, told = _checked(cost(trajectory), trajectory)
+    value, told = _checked(cost(trajectory), trajectory, layout)
     swept = sweep(found, tangents, told)
     inputs = {name: swept.inputs[:, layout.of_input[name]] for name in _INPUTS}
     inputs["tip_wrench"] = scenario.tip_wrench_sign * inputs["tip_wrench"]
@@ -228,7 +231,9 @@ def _check_smooth(flight: Flight) -> None:
         )
 
 
-def _checked(found: object, trajectory: xr.Dataset) -> tuple[float, dict[str, Array]]:
+def _checked(
+    found: object, trajectory: xr.Dataset, layout: Layout
+) -> tuple[float, dict[str, Array]]:
     """Return the value and the derivatives (samples, columns) that a cost returns."""
     if not (isinstance(found, tuple) and len(found) == 2 and isinstance(found[1], Mapping)):
         raise InputError(
@@ -238,10 +243,10 @@ def _checked(found: object, trajectory: xr.Dataset) -> tuple[float, dict[str, Ar
         )
     given = np.asarray(found[0])
     value = checks.number("the value of cost", given.item() if given.size == 1 else found[0])
-    slopes = {}
+    slopes, known = {}, (*variables_of_state(layout), *OF_TIPS)
     for name, slope in found[1].items():
-        if name not in OF_STATE + OF_TIPS:
-            remedy = nearest(str(name), OF_STATE + OF_TIPS)
+        if name not in known:
+            remedy = nearest(str(name), known)
             raise InputError("cost", f"returns a derivative of {shown(name)}", remedy)
         dims, shape = trajectory[name].dims, trajectory[name].shape
         if isinstance(slope, xr.DataArray) and set(slope.dims) == set(dims):
@@ -259,6 +264,7 @@ def _checked(found: object, trajectory: xr.Dataset) -> tuple[float, dict[str, Ar
 
 def _of_start(found: Flown, state: Array, layout: Layout) -> dict[str, Array]:
     """Return the derivatives with respect to the parts of the start, by name."""
-    slopes = {name: state[getattr(layout, name)] for name in OF_STATE}
+    columns = variables_of_state(layout)
+    slopes = {name: state[getattr(layout, column)] for name, column in columns.items()}
     slopes["rotation"] = of_rotation(found.log[0, layout.attitude], slopes.pop("attitude"))
     return slopes

@@ -124,7 +124,7 @@ def lyapunov(vehicle: Vehicle, scenario: Scenario, flight: xr.Dataset | None = N
     The rate of the sound V is from the power balance. That of the paper's V is from differences of
     samples, as a flight does not contain ë.
     """
-    check_single_vehicle(vehicle)
+    _check_paper_arm(check_single_vehicle(vehicle, strain=True))
     _check_powers(vehicle)
     gains = _gains_of(scenario)
     if flight is not None:
@@ -236,6 +236,16 @@ def other_powers(vehicle: Vehicle) -> list[str]:
         Names of the terms.
     """
     return [name_of(term) for term in terms_of(vehicle) if term.has_power]
+
+
+def _check_paper_arm(vehicle: Vehicle) -> None:
+    """Raise InputError for a section whose strain varies: the theorem is of the paper's one arc."""
+    if vehicle.layout.strains:
+        raise InputError(
+            "strain",
+            "of a section varies, but the theorem and both V are of the paper's arm, one arc",
+            "give the vehicle an [arm] table, with bending = 0 if it has a strain",
+        )
 
 
 def _check_powers(vehicle: Vehicle) -> None:

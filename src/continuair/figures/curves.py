@@ -38,7 +38,7 @@ WORDS = STATUS | {NOT_FINITE: "diverged", UNSEEN: "target lost from view"}
 _RANGE = 1e6
 """Largest value over the least one that a logarithmic axis shows."""
 
-_WATCHED = ("tip_position", "bend")
+_WATCHED = ("tip_position", "bend", "strain")
 
 
 def ending(flight: xr.Dataset) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from continuair.flight.labels import FIXED, in_order, ordered
 from continuair.flight.provenance import model_of
 from continuair.flight.reading import check_arms_flown, vehicle_of
 from continuair.flight.trajectory import VARIABLES
+from continuair.vehicle.strain import COMPONENTS, TURNING
 from continuair.vehicle.vehicle import Vehicle
 
 __all__ = ["base_wrench", "bend", "image", "snapshots", "tip_path"]
@@ -48,14 +50,24 @@ def tip_path(flight: xr.Dataset) -> Figure:
 
 
 def bend(flight: xr.Dataset) -> Figure:
-    """Return the bend vector of each section over time [1/m]."""
-    return _over_time(flight, {"bend": "bend"}, "section", "bend_axis", "1/m", "Bend over time")
+    """Return the coordinates of each section over time: bend vectors of arcs [1/m], or the strain.
+
+    A flight with a section whose strain varies has a row of panels per section, one panel for each
+    coordinate [1/m; stretch and shear: -].
+    """
+    name = arm_variable(flight) if isinstance(flight, xr.Dataset) else "bend"
+    flights = _flights(flight, name)
+    if name == "strain":
+        return _over_time(flight, flights, _strain_rows(flight), "Strain over time")
+    rows = _rows(flight, {"bend": ("bend", "1/m")}, "section")
+    return _over_time(flight, flights, rows, "Bend over time")
 
 
 def base_wrench(flight: xr.Dataset) -> Figure:
     """Return the force and the moment of each arm on the UAV over time, body axes [N, N m]."""
-    names = {"base_force": "force", "base_moment": "moment"}
-    return _over_time(flight, names, "arm", "axis", "N, N m", "Wrench of the arm on the UAV")
+    names = {"base_force": ("force", "N"), "base_moment": ("moment", "N m")}
+    flights = _flights(flight, *names)
+    return _over_time(flight, flights, _rows(flight, names, "arm"), "Wrench of the arm on the UAV")
 
 
 def image(flight: xr.Dataset) -> Figure:
@@ -121,29 +133,63 @@ def _room(vehicle: Vehicle, flights: dict[str, xr.Dataset], times: np.ndarray) -
     return 1.15 * float(np.nanmax(ends) - np.nanmin(ends))
 
 
-def _over_time(
-    flight: xr.Dataset, names: dict[str, str], part: str, component: str, units: str, title: str
-) -> Figure:
-    """Return a row of panels per variable and part, one for each component."""
-    flights = _flights(flight, *names)
-    rows = [
-        (name, word, label, chosen)
-        for name, word in names.items()
+@dataclass(frozen=True)
+class _Panel:
+    """A variable over time: its name in a flight, the dimension and labels of one component of one
+    arm or section, and the label of the axis."""
+
+    variable: str
+    component: dict[str, str]
+    part: dict[str, int]
+    label: str
+
+
+def _rows(flight: xr.Dataset, names: dict[str, tuple[str, str]], part: str) -> list[list[_Panel]]:
+    """Return a row of panels per variable and part, one for each component.
+
+    names: variable -> its word and unit. part: "arm" or "section".
+    """
+    return [
+        [
+            _Panel(name, {component: letter}, chosen, f"{label}\n{word} {letter} [{unit}]".strip())
+            for component in [VARIABLES[name][0]]
+            for letter in map(str, flight[component].to_numpy())
+        ]
+        for name, (word, unit) in names.items()
         for label, chosen in _parts(flight, name, part).items()
     ]
-    letters = [str(each) for each in flight[component].to_numpy()]
+
+
+def _strain_rows(flight: xr.Dataset) -> list[list[_Panel]]:
+    """Return a row of panels per section, one for each of its coordinates."""
+    found: dict[str, list[_Panel]] = {}
+    for label in map(str, flight["strain_coordinate"].to_numpy()):
+        section, component = label.rsplit(".", 1)
+        unit = "1/m" if component.rsplit("_", 1)[0] in COMPONENTS[:TURNING] else "-"
+        panel = _Panel(
+            "strain", {"strain_coordinate": label}, {}, f"{section}\n{component} [{unit}]"
+        )
+        found.setdefault(section, []).append(panel)
+    return list(found.values())
+
+
+def _over_time(
+    flight: xr.Dataset, flights: dict[str, xr.Dataset], rows: list[list[_Panel]], title: str
+) -> Figure:
+    """Return a figure of rows of panels, the models of a flight overlaid."""
     with style.applied():
         figure = style.new_figure(height=0.6 + 1.3 * len(rows))
-        grid = figure.subplots(len(rows), len(letters), squeeze=False, sharex=True)
-        unit = dict(zip(names, units.split(", "), strict=True))
-        for row, (name, word, label, chosen) in zip(grid, rows, strict=True):
-            for axes, letter in zip(row, letters, strict=True):
+        grid = figure.subplots(len(rows), max(map(len, rows)), squeeze=False, sharex=True)
+        for places, row in zip(grid, rows, strict=True):
+            for axes, panel in zip(places, row, strict=False):
                 for model, one in flights.items():
-                    values = one[name].sel({component: letter}).isel(chosen).to_numpy()
-                    curves.line(axes, one, values, model)
-                axes.set_ylabel(f"{label}\n{word} {letter} [{unit[name]}]".strip())
+                    values = one[panel.variable].sel(panel.component).isel(panel.part)
+                    curves.line(axes, one, values.to_numpy(), model)
+                axes.set_ylabel(panel.label)
                 curves.widen([axes], _LEAST)
-        for axes in grid[-1]:
+            for axes in places[len(row) :]:
+                axes.remove()
+        for axes in grid[-1][: len(rows[-1])]:
             axes.set_xlabel("time [s]")
         _head(figure, title, flight, grid[0, 0])
     return figure
@@ -166,8 +212,6 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
     for name in names:
         if name not in flight:
             check_arms_flown("flight", flight)
-            if name == "bend" and "strain" in flight:
-                raise InputError("flight", "has no bend vectors", "plot its strain")
             raise InputError("flight", f"has no {name}", "simulate it with this variable")
         if "time" not in flight[name].dims:
             raise InputError("flight", "is one sample of a flight", "give one with some over time")

@@ -137,6 +137,7 @@ class _Pieces:
         state = rows[:, 0]
         many = vehicle.has_arm_list
         sections = (n, layout.sections, 2) if many else (n, 2)
+        sections = (n, layout.bends) if layout.strains else sections
         arms = (n, layout.arms, 3) if many else (n, 3)
         return FlightState(
             state[:, layout.position],

@@ -62,7 +62,7 @@ class Fleet:
         spinning = np.zeros(width)
         spinning[3] = SPIN
         hover = Scenario("hover", np.zeros(width), spinning, duration=period, gravity=gravity)
-        flight = prepare(vehicle, hover, sample=period, duration=period, device=device)
+        flight = prepare(vehicle, hover, sample=period, duration=period, device=device, strain=True)
         self._engine = flight.engine(model)
         self._grid = grid_of(flight.marks, float(flight.steps.min()))
         self.step_length = float(self._grid.steps[0])

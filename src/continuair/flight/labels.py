@@ -66,6 +66,29 @@ def flat_labels(vehicle: Vehicle) -> tuple[str, ...]:
     return tuple(label for section in strain_labels(vehicle) for label in section)
 
 
+def columns_of_bends(vehicle: Vehicle | None) -> tuple[str, ...]:
+    """Return the names of the columns of the sections' coordinates in files.
+
+    "bend_x", "bend_y" of an [arm] table, "bend_x_1" and so on of arcs, and "strain_" with a label
+    of `strain_labels` for all sections where one has a strain that varies.
+    """
+    if vehicle is not None and vehicle.layout.strains:
+        return tuple(f"strain_{label}" for label in flat_labels(vehicle))
+    return numbered(("bend_x", "bend_y"), _numbered_sections(vehicle))
+
+
+def columns_of_moments(vehicle: Vehicle | None) -> tuple[str, ...]:
+    """Return the names of the columns of the bend moments in files, as `columns_of_bends`."""
+    if vehicle is not None and vehicle.layout.strains:
+        return tuple(f"bend_moment_{label}" for label in flat_labels(vehicle))
+    return numbered(ACTUATORS[6:], _numbered_sections(vehicle))
+
+
+def _numbered_sections(vehicle: Vehicle | None) -> int | None:
+    """Return the number of sections, None for one whose names have no number."""
+    return vehicle.sections if vehicle is not None and vehicle.has_arm_list else None
+
+
 def in_order(flight: xr.Dataset, vehicle: Vehicle) -> xr.Dataset:
     """Return a flight of the vehicle with its labels in order.
 

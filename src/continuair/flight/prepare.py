@@ -267,12 +267,6 @@ def check_fits(scenario: Scenario, layout: Layout) -> None:
             ),
             f"give {layout.coordinates}: x y z roll pitch yaw, and {further} section",
         )
-    if layout.strains and scenario.force_callback is not None:
-        raise InputError(
-            "scenario.force_callback",
-            "is given the bends of arcs, which a strain that varies does not have",
-            "write the force as a continuair.Term",
-        )
     if layout.strains and scenario.tau is not None:
         raise InputError(
             "scenario.tau",

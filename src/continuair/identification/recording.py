@@ -14,6 +14,7 @@ import numpy as np
 from continuair import checks
 from continuair.errors import InputError, shortened, shown
 from continuair.files import printed, user_path
+from continuair.flight.labels import columns_of_bends, columns_of_moments
 from continuair.identification.csv_rows import rows_of
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.layout import ACTUATORS, numbered
@@ -27,7 +28,9 @@ Time [s]; position of the UAV's centre of mass, world axes [m]; attitude, body t
 quaternion; bend vector κ (cos ψa, sin ψa), body axes [1/m]. Columns of inputs are named as
 ACTUATORS: 0 if missing, each held until the next row. For a vehicle with [[arm]], columns of
 sections are numbered: bend_x_1, bend_y_1, bend_x_2, and bend_moment_x_1, arm by arm from the base
-out, as in the names of coordinates and actuators in results.
+out, as in the names of coordinates and actuators in results. With a section whose strain varies
+they are the coordinates of all sections, as in strain_arm.rod.bend_x_0 and
+bend_moment_arm.rod.bend_x_0.
 """
 
 SENSORS = {
@@ -76,7 +79,8 @@ class Recording:
     attitude : ndarray, shape (n, 4)
         Unit quaternions x y z w, body to world. (n, 0): not measured.
     bend : ndarray, shape (n, bends)
-        Bend vectors, two numbers per section [1/m].
+        Bend vectors, two numbers per section [1/m]; with a section whose strain varies, the
+        coordinates of all sections.
     inputs : ndarray, shape (n, 6 + bends), or None
         Force, moment and bend moments, as ACTUATORS, held from row to row. None: no such column.
     rotor_command : ndarray, shape (n, rotors), optional
@@ -196,11 +200,10 @@ class _Names:
 
 def _names_for(vehicle: Vehicle | None) -> _Names:
     """Return the names of columns for a vehicle."""
-    sections = vehicle.sections if vehicle is not None and vehicle.has_arm_list else None
     rotors = vehicle.uav.rotors if vehicle is not None else None
     return _Names(
-        MEASURED[:_BEND] + numbered(MEASURED[_BEND:], sections),
-        ACTUATORS[:6] + numbered(ACTUATORS[6:], sections),
+        MEASURED[:_BEND] + columns_of_bends(vehicle),
+        ACTUATORS[:6] + columns_of_moments(vehicle),
         numbered(["rotor_command"], rotors.count) if rotors else (),
     )
 

@@ -23,8 +23,13 @@ from continuair.identification.recording import Recording
 from continuair.identification.sensors import accelerometer
 from continuair.scenario.scenarios import Scenario
 from continuair.typing import Array
-from continuair.vehicle.arc import bend_vectors, polar_of
-from continuair.vehicle.coordinates import continuous_euler, paper_rates
+from continuair.vehicle.bending import bent_shares
+from continuair.vehicle.coordinates import (
+    branches_of,
+    continuous_euler,
+    paper_rates,
+    polar_of_bends,
+)
 from continuair.vehicle.layout import ACTUATORS, ONE_SECTION, PUSH, Layout
 from continuair.vehicle.vehicle import Vehicle
 
@@ -32,8 +37,8 @@ START = 16
 """Unknowns of the initial state of one section.
 
 Position 3 [m], rotation 3 [rad], bend 2 [1/m], and their rates: velocity in world axes, angular
-velocity in body axes. Every further section has 4 more, and every rotor with a lag its speed over
-the largest.
+velocity in body axes. Every further coordinate of a section has 2 more, and every rotor with a lag
+its speed over the largest.
 """
 
 # Margin of the step, which is kept for all vehicles of a fit, relative to the first one's.
@@ -140,7 +145,7 @@ class Replay:
         """Return the recorded flight of a vehicle, with its step."""
         scenario, times = self._scenario, self.recording.time
         apart = min(_LONGEST_STEP / _FINER, times[-1])
-        flight = prepare(vehicle, scenario, sample=apart, duration=times[-1])
+        flight = prepare(vehicle, scenario, sample=apart, duration=times[-1], strain=True)
         marks = marks_at(times, scenario.jumps)
         return dataclasses.replace(flight, steps=_FINER * flight.steps, marks=marks)
 
@@ -207,10 +212,10 @@ def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) ->
             "omit it, and record the inputs",
         )
     if recording.bend.shape[1] != vehicle.layout.bends:
-        held = len(bend_vectors(recording.bend[0]))
         raise InputError(
             "recording",
-            f"has the bends of {held} sections, but the vehicle has {vehicle.sections}",
+            f"has {recording.bend.shape[1]} coordinates of sections, but the vehicle has "
+            f"{vehicle.layout.bends}",
             "load it with load_recording(path, vehicle)",
         ).located(recording.name)
     if test is not None and vehicle.layout.widths != ONE_SECTION.widths:
@@ -223,16 +228,12 @@ def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) ->
 
 def _check_bends(vehicle: Vehicle, recording: Recording) -> None:
     """Raise InputError for bends beyond a full circle."""
-    lengths = np.array([section.length for arm in vehicle.arms for section in arm.section])
-    angles = np.linalg.norm(bend_vectors(recording.bend), axis=-1) * lengths
-    if (angles > 2.0 * np.pi).any():
-        row, section = np.argwhere(angles > 2.0 * np.pi)[0]
+    shares = bent_shares(vehicle, recording.bend)
+    if (shares > 1.0).any():
+        row, part = np.argwhere(shares > 1.0)[0]
         raise InputError(
             "bend",
-            (
-                f"of section {section + 1} is {angles[row, section]:.4g} rad in row "
-                f"{row + 1}, more than a full circle"
-            ),
+            f"in row {row + 1} bends a section to {shares[row, part]:.4g} of a full circle",
             "give bends in 1/m",
         ).located(recording.name)
 
@@ -278,8 +279,8 @@ def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
     rotors = np.repeat(speeds[:, held:], len(rows), 0)
     states = np.hstack([rows[:, :3], attitude, rows[:, 6:], rotors])
     euler = continuous_euler(attitude[:, None])[:, 0]
-    bends = bend_vectors(rows[:, layout.polar])
-    return Start(states, np.hstack([np.arctan2(bends[..., 1], bends[..., 0]), euler]))
+    polar = polar_of_bends(rows[:, layout.polar], layout)
+    return Start(states, branches_of(np.hstack([rows[:, :3], euler, polar]), layout))
 
 
 def _held(recording: Recording, layout: Layout) -> Scenario:
@@ -289,11 +290,9 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
     steps.
     """
     times, rows = recording.time.tolist(), recording.inputs
-    start = _start(first_motion(recording)[None], layout, np.zeros((1, 0)))
-    state = start.states
-    q = np.hstack([state[:, layout.position], np.zeros((1, 3 + layout.bends))])
-    kappa, psi = polar_of(q)
-    kappa[:], psi[:] = np.hypot(*bend_vectors(state[0, layout.bend]).T), start.angle[0, :-3]
+    state = _start(first_motion(recording)[None], layout, np.zeros((1, 0))).states
+    polar = polar_of_bends(state[:, layout.bend], layout)
+    q = np.hstack([state[:, layout.position], np.zeros((1, 3)), polar])
 
     def held(values: Array) -> Callable[[float], Array]:
         # The last row is at the end of the flight, and is not held.
@@ -306,7 +305,7 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
     if recording.rotor_command is not None:
         acting["rotor_command"] = held(recording.rotor_command)
     acting |= {"duration": times[-1], "jumps": tuple(times[1:-1])}
-    return Scenario("recording", q[0], paper_rates(q, state)[0], **acting)
+    return Scenario("recording", q[0], paper_rates(q, state, layout=layout)[0], **acting)
 
 
 def _turn(measured: Array, simulated: Array) -> Array:

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from continuair.engine.engine import Drive, Engine, Start
 from continuair.typing import Array
+from continuair.vehicle.coordinates import branches_in
 
 _ROWS_AT_ONCE = 1 << 14
 """Most states whose rates are computed at once, as each has a copy of its vehicle's data."""
@@ -56,8 +57,7 @@ def _of_runs(engine: Engine, first: int, log: Array, at_samples: Drive, place: A
     rows = log.reshape(-1, log.shape[-1])
     flown = np.isfinite(rows).all(axis=1)
     states = rows[:, : layout.state]
-    # Of (κ, ψa) of each section.
-    start = Start(states, np.hstack([rows[:, layout.branch][:, 1::2], rows[:, layout.euler]]))
+    start = Start(states, branches_in(rows, layout))
     drive = _for_each_row(at_samples, runs, samples)
     vehicles = np.repeat(np.arange(first, first + runs), samples)
     rates = engine.derivative(start, drive, vehicles, compiled=True)

@@ -2,7 +2,7 @@
 
 docs/explanation/fast_form.md derives every term. A section's own axes are those in which it points
 along -z where it is straight. Columns of a motion are those of z = (v, ω, k̇): velocity of B's
-origin and angular velocity of the body, both in body axes, and the rates of all bends.
+origin and angular velocity of the body, both in body axes, and the rates of all coordinates.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Arm:
 
 
 def arms_of(vehicle: Vehicle, bends: SX) -> list[Arm]:
-    """Return the arms of a vehicle at bends (N, 2) that are symbols."""
+    """Return the arms of a vehicle at the coordinates (M,) of all sections, which are symbols."""
     z = DM.eye(vehicle.layout.coordinates)
     layout, table = vehicle.layout, pack_table(vehicle, threads=1)[0]
     arms, index, row = [], 0, 0
@@ -47,8 +47,9 @@ def arms_of(vehicle: Vehicle, bends: SX) -> list[Arm]:
         frame, sections = Frame(T, T.T @ moves, T.T @ z[3:6, :]), []
         for section in chain.section:
             kind = kind_of(section)
-            own, rate = bends[index, :].T, z[layout.polar_of(index), :]
-            found = kind.symbolic(section, frame, own, rate, table[row : row + kind.rows])
+            own, rate = bends[layout.of_section[index]], z[layout.polar_of(index), :]
+            rows = table[row : row + kind.rows, : kind.columns]
+            found = kind.symbolic(section, frame, own, rate, rows)
             if found is None:
                 raise InputError(
                     "vehicle",

@@ -26,6 +26,10 @@ _SLOW = 1e-12
 """Speed [m/s] below which drag goes with the velocity, so that it has derivatives at rest."""
 
 
+_OF_STRAIN = {"bend": "strain", "bend_rate": "strain_rate", "bend_moment": "strain_force"}
+"""Names of arguments for arms with a section whose strain varies."""
+
+
 @dataclass(frozen=True)
 class Model:
     """The symbolic vehicle: x, the arguments by name; R, body to world; the arms."""
@@ -37,7 +41,7 @@ class Model:
 
     @property
     def none(self) -> SX:
-        """A generalised force (6 + 2 N,) of nothing."""
+        """A generalised force (6 + M,) of nothing."""
         return SX(self.vehicle.layout.coordinates, 1)
 
     @property
@@ -47,7 +51,7 @@ class Model:
 
     @property
     def rates(self) -> SX:
-        """z (6 + 2 N,)."""
+        """z (6 + M,)."""
         bending = _flat(self.x["bend_rate"])
         return ca.vertcat(self.body_velocity, self.x["angular_velocity"], bending)
 
@@ -60,7 +64,7 @@ class Model:
 def accelerations(vehicle: Vehicle) -> Function:
     """Return the function that `to_casadi` of interfaces/casadi_model.py describes."""
     x = _inputs(vehicle)
-    R, arms = _rotation(x["attitude"]), arms_of(vehicle, x["bend"])
+    R, arms = _rotation(x["attitude"]), arms_of(vehicle, _flat(x["bend"]))
     bodies, model = _bodies(vehicle, arms), Model(vehicle, x, R, arms)
     forces = _of_terms(model) + _springs(x, arms) - _velocity_terms(bodies, x)
     M = sum(S.T @ E @ S for S, E in bodies)
@@ -69,10 +73,14 @@ def accelerations(vehicle: Vehicle) -> Function:
     outputs = {
         "velocity_rate": v_rate,
         "angular_velocity_rate": found[3:6],
-        "bend_acceleration": ca.reshape(found[6:], COORDINATES, -1).T,
     }
+    if vehicle.layout.strains:
+        outputs["strain_acceleration"] = found[6:]
+    else:
+        outputs["bend_acceleration"] = ca.reshape(found[6:], COORDINATES, -1).T
     options = {"cse": True, "default_in": [9.81 if name == "gravity" else 0.0 for name in x]}
-    return Function("accelerations", [*x.values()], [*outputs.values()], [*x], [*outputs], options)
+    names = [_OF_STRAIN.get(name, name) if vehicle.layout.strains else name for name in x]
+    return Function("accelerations", [*x.values()], [*outputs.values()], names, [*outputs], options)
 
 
 def _of_terms(model: Model) -> SX:
@@ -91,7 +99,8 @@ def _of_terms(model: Model) -> SX:
 
 def _inputs(vehicle: Vehicle) -> dict[str, SX]:
     """Return symbols of the arguments of `continuair.accelerations`, in their order."""
-    sections, arms = (vehicle.sections, COORDINATES), (len(vehicle.arms), 6)
+    layout, arms = vehicle.layout, (len(vehicle.arms), 6)
+    sections = (layout.bends, 1) if layout.strains else (layout.sections, COORDINATES)
     shapes = {
         "attitude": (4, 1), "bend": sections, "velocity": (3, 1), "angular_velocity": (3, 1),
         "bend_rate": sections, "force": (3, 1), "moment": (3, 1), "bend_moment": sections,
@@ -148,5 +157,5 @@ def _valid(arms: list[Arm]) -> SX:
 
 
 def _flat(per_section: SX) -> SX:
-    """Return (2 N,) of (N, 2), section by section."""
+    """Return (M,) of (N, 2) or (M, 1), section by section."""
     return ca.vec(per_section.T)

@@ -43,12 +43,14 @@ def to_casadi(vehicle: Vehicle) -> Function:
     9.81.
 
     Outputs: ``velocity_rate`` v̇ (3,), world axes; ``angular_velocity_rate`` ω̇ (3,), body axes;
-    and ``bend_acceleration`` k̈ (N, 2).
+    and ``bend_acceleration`` k̈ (N, 2). With a section whose strain varies, ``strain``,
+    ``strain_rate``, ``strain_force`` and ``strain_acceleration`` (M,) of all sections replace
+    those of the bends.
 
     Arms, disks, bodies on tips and drag in air at rest are included; rotors stand still. Values and
     all derivatives are valid at bend 0 too, and NaN beyond a full circle.
     """
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     checks.installed("casadi", "mpc")
     from continuair.interfaces.casadi_dynamics import accelerations
 

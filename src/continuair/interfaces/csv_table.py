@@ -12,11 +12,11 @@ import xarray as xr
 
 from continuair.analysis.motion import Motion, motion_of
 from continuair.files import new_file, save
-from continuair.flight.labels import flat_labels
+from continuair.flight.labels import columns_of_bends, columns_of_moments
 from continuair.interfaces.acting import Acting, acting_on, warn_of_lacking
 from continuair.interfaces.logged import columns_of
 from continuair.scenario.scenarios import Scenario
-from continuair.vehicle.layout import OF_NAME, PUSH, numbered
+from continuair.vehicle.layout import OF_NAME, PUSH
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -55,8 +55,9 @@ def to_csv(
     Notes
     -----
     One row per sample up to the flight's end. The first columns are those that `continuair
-    identify` reads: time, position, attitude, bends, and the force, moment and bend moments that
-    acted. All other logged signals follow, with units in the headings.
+    identify` reads: time, position, attitude, bends (with a section whose strain varies, the
+    coordinates of all sections, strain_ and their names), and the force, moment and bend moments
+    that acted. All other logged signals follow, with units in the headings.
     """
     motion = motion_of(dataset, vehicle)
     file = new_file("path", path)
@@ -75,28 +76,19 @@ def _measured(motion: Motion) -> Iterator[tuple[str, Array]]:
     yield "time", motion.time
     yield from zip("xyz", motion.position.T, strict=True)
     yield from zip(("qx", "qy", "qz", "qw"), motion.attitude.T, strict=True)
-    if not motion.vehicle.layout.strains:
-        yield from zip(_per_section(motion, ("bend_x", "bend_y")), motion.bend.T, strict=True)
+    yield from zip(columns_of_bends(motion.vehicle), motion.bend.T, strict=True)
 
 
 def _inputs(motion: Motion, acting: Acting) -> Iterator[tuple[str, Array]]:
     for name in PUSH:
         if name in acting.inputs:
-            names = OF_NAME[name].components
-            if name == "bend_moment" and motion.vehicle.layout.strains:
-                names = tuple(f"bend_moment_{label}" for label in flat_labels(motion.vehicle))
-            elif name == "bend_moment":
-                names = _per_section(motion, names)
+            bending = name == "bend_moment"
+            names = columns_of_moments(motion.vehicle) if bending else OF_NAME[name].components
             yield from zip(names, acting.inputs[name].T, strict=True)
-
-
-def _per_section(motion: Motion, names: tuple[str, ...]) -> tuple[str, ...]:
-    vehicle = motion.vehicle
-    return numbered(names, vehicle.sections if vehicle.has_arm_list else None)
 
 
 def _others(motion: Motion) -> Iterator[tuple[str, Array]]:
     for column in columns_of(motion):
-        if column.variable not in ("position", "attitude", "bend", "command"):
+        if column.variable not in ("position", "attitude", "bend", "strain", "command"):
             name = "_".join([column.variable, *column.labels])
             yield f"{name} [{column.unit}]", column.values

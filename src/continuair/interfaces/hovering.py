@@ -13,6 +13,8 @@ from continuair.errors import InputError, shown
 from continuair.flight.fleet import Fleet
 from continuair.kernels.step import OK
 from continuair.typing import Model
+from continuair.vehicle.bending import constant_bends
+from continuair.vehicle.coordinates import polar_of_bends
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.vehicle import Vehicle, load_vehicle
 
@@ -24,7 +26,7 @@ ROTORS = {"layout": "quad_x", "lever": 0.2, "thrust_limits": (0.0, 10.0),
 
 DISTURBANCE = {"position": 0.5, "turn": 0.2, "bend": 0.3, "velocity": 0.3, "spin": 0.3}
 """Largest disturbances of a start, along each axis: of position [m], Euler angles [rad], the turn
-of each section [rad], velocity [m/s] and Euler rates [rad/s]."""
+of each section, evenly bent [rad], velocity [m/s] and Euler rates [rad/s]."""
 
 BOUND = 2.0
 """Distance from the goal at which an episode ends [m]."""
@@ -47,8 +49,9 @@ class Hovering:
     above 0, (runs, rotors + bends): the bend moments too, over that [N m²]; with a tendon_command
     above 0, the commands of all tendons last, over that [N, m]. Observations: the
     vector to the goal (3) [m], the rotation matrix (9) by rows, velocity (3) [m/s] in world axes,
-    angular velocity (3) [rad/s] in body axes, bends [1/m] and bend rates of all sections, and the
-    rotors' speeds over their largest. Rewards: 1 at the goal, reduced by 1 / BOUND per metre from
+    angular velocity (3) [rad/s] in body axes, the coordinates of all sections and their rates (bend
+    vectors [1/m] of arcs, `strain` of others, in the order of results), and the rotors' speeds over
+    their largest. Rewards: 1 at the goal, reduced by 1 / BOUND per metre from
     it, and 0 beyond, where an episode ends. An episode also ends with the flight. Raises
     InputError.
     """
@@ -94,6 +97,7 @@ class Hovering:
         sections = [each for arm in found.arms for each in arm.section]
         lengths = [per_run(each.length, runs) for each in sections]
         self._lengths = np.array(lengths).reshape(len(sections), runs).T
+        self._bent_alike = constant_bends(found)
         self._home = -self._held()
 
     @property
@@ -155,9 +159,11 @@ class Hovering:
             return random.uniform(-most, most, shape)
 
         turns = drawn("bend", len(self._lengths[run]), 2) / self._lengths[run][:, None]
-        polar = np.stack([np.hypot(*turns.T), np.arctan2(turns[:, 1], turns[:, 0])], -1)
+        bends = np.zeros(self.fleet.layout.bends)
+        bends[self._bent_alike] = turns
+        polar = polar_of_bends(bends, self.fleet.layout)
         place = self._home[run] + drawn("position", 3)
-        q = np.concatenate([place, drawn("turn", 3), polar.ravel()])
+        q = np.concatenate([place, drawn("turn", 3), polar])
         qd = np.concatenate([drawn("velocity", 3), drawn("spin", 3), np.zeros(polar.size)])
         return q, qd
 

@@ -14,6 +14,7 @@ from continuair.errors import InputError, shown
 from continuair.flight.rotors import lag_rate
 from continuair.identification.recording import FEWEST_ROWS, SENSORS, Recording
 from continuair.interfaces.log_signals import Signal, aligned, check_unit
+from continuair.vehicle.layout import ONE_SECTION
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 Array = np.ndarray
@@ -54,7 +55,7 @@ def choices(rate: Any, window: Any, imu_position: Any) -> Choices:
 
 def check_roles(vehicle: Vehicle, roles: Any) -> None:
     """Raise InputError unless a vehicle's flight follows from signals of these roles."""
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     arm = "bend" in roles, "tip" in roles or "camera" in roles
     if any(arm) and not vehicle.arms:
         raise InputError(
@@ -69,11 +70,11 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
             "arm's bend",
             "name one topic for bend, tip or camera",
         )
-    if arm[1] and vehicle.layout.sections > 1:
+    if arm[1] and vehicle.layout.widths != ONE_SECTION.widths:
         raise InputError(
             "topics",
-            "names the pose of a tip, which does not determine the bends of the vehicle's "
-            f"{vehicle.layout.sections} sections",
+            "names the pose of a tip, which does not determine the "
+            f"{vehicle.layout.bends} coordinates of the vehicle's sections",
             "name a topic for bend",
         )
     if ("thrust" in roles) != ("torque" in roles):

@@ -14,12 +14,12 @@ from continuair import checks
 from continuair.analysis.backbone import HALF_TURN
 from continuair.errors import InputError
 from continuair.files import new_file, save
-from continuair.interfaces.chain import fastest_mode, links_of
+from continuair.flight.labels import columns_of_bends, columns_of_moments, flat_labels
+from continuair.interfaces.chain import coordinates_of, fastest_mode, freedoms_of, links_of
 from continuair.interfaces.outline import equal_box, pointing, radius_of
 from continuair.terms import name_of
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.camera import Camera
-from continuair.vehicle.layout import numbered
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.section import Section
 from continuair.vehicle.uav import Uav
@@ -50,7 +50,7 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
         Path of the new file.
     links : int, default 8
         Joints per section, in the middles of as many equal parts; each has two hinges with
-        stiffness and damping.
+        stiffness and damping, and further ones where the strain has twist, stretch or shear.
 
     Raises
     ------
@@ -62,9 +62,10 @@ def to_mjcf(vehicle: Vehicle, path: str | os.PathLike[str], *, links: int = 8) -
     The vehicle is a free body with a chain of rigid links per section. Sites: uav, rotors, tips.
     Actuators: thrusts of the rotors [N], or without rotors ``force_x`` … (world axes) and
     ``moment_x`` … (body axes); and ``bend_moment_x`` …, conjugate to a section's mean bend [1/m],
-    the length of its tendon. docs/howto/export.md lists what the file does not represent.
+    the length of its tendon, or to the coordinates of its strain. docs/howto/export.md lists what
+    the file does not represent.
     """
-    check_single_vehicle(vehicle)
+    check_single_vehicle(vehicle, strain=True)
     if vehicle.terms:
         raise InputError(
             "vehicle",
@@ -145,7 +146,7 @@ def _arm(uav: Element, arm: ArmChain, links: int) -> Element:
             name = _joint(arm, section, index)
             body = SubElement(body, "body", name=name, pos=_text((0.0, 0.0, down)))
             if index:
-                _hinges(body, name, section, links, "xy" if index % 2 else "yx")
+                _freedoms(body, name, section, links, backwards=index % 2 == 0)
             axial = max(link.axial, 2.0 * _LEAST_INERTIA)
             if axial > max(link.axial, _AXIAL * link.transverse):
                 raise InputError(
@@ -173,15 +174,15 @@ def _joint(arm: ArmChain, section: Section, index: int) -> str:
     return f"{arm.name}.{section.name}.{index}"
 
 
-def _hinges(body: Element, name: str, section: Section, links: int, order: str) -> None:
-    """Add two hinges, alternately x before y and y before x: in one order, their twists add up."""
-    part = section.length / links
-    stiffness = _text(section.bending_stiffness / part)
-    damping = _text(section.structural_damping / part)
-    along = {"x": "1 0 0", "y": "0 1 0"}
-    for axis in order:
-        joint = SubElement(body, "joint", name=f"{name}.{axis}", type="hinge", axis=along[axis])
-        joint.attrib |= {"stiffness": stiffness, "damping": damping}
+def _freedoms(body: Element, name: str, section: Section, links: int, backwards: bool) -> None:
+    """Add the joint's hinges and slides, in turn x first and x last: in one order, their twists add
+    up."""
+    along = {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}
+    freedoms = freedoms_of(section, links)
+    for each in reversed(freedoms) if backwards else freedoms:
+        joint = SubElement(body, "joint", name=f"{name}.{each.name}", type=each.kind)
+        joint.attrib |= {"axis": along[each.axis], "stiffness": _text(each.stiffness)}
+        joint.set("damping", _text(each.damping))
 
 
 def _rotors(uav: Element, actuators: Element, rotors: Rotors) -> None:
@@ -209,20 +210,24 @@ def _pushes(world: Element, actuators: Element) -> None:
 
 
 def _bend_moments(tendons: Element, actuators: Element, vehicle: Vehicle, links: int) -> None:
-    """Add tendons whose length is a section's mean bend, and whose force is the bend moment."""
-    sections = [(arm, section) for arm in vehicle.arms for section in arm.section]
-    count = len(sections) if vehicle.has_arm_list else None
-    names = iter(numbered(("bend_x", "bend_y"), count))
-    for arm, section in sections:
-        # The tip goes to x where the arm turns about -y, and to y where it turns about x.
-        for axis, sign in (("y", -1.0), ("x", 1.0)):
-            bend = next(names)
-            tendon = SubElement(tendons, "fixed", name=bend)
-            for index in range(1, links + 1):
-                joint = f"{_joint(arm, section, index)}.{axis}"
-                SubElement(tendon, "joint", joint=joint, coef=_text(sign / section.length))
-            name = bend.replace("bend", "bend_moment")
-            SubElement(actuators, "motor", name=name, tendon=bend)
+    """Add tendons whose length is a section's mean bend, or a coordinate of its strain, and whose
+    force is conjugate to it."""
+    names = iter(_coordinate_names(vehicle))
+    for arm in vehicle.arms:
+        for section in arm.section:
+            for freedom, factors in coordinates_of(section, links):
+                bend, moment = next(names)
+                tendon = SubElement(tendons, "fixed", name=bend)
+                for index, factor in enumerate(factors, 1):
+                    joint = f"{_joint(arm, section, index)}.{freedom.name}"
+                    SubElement(tendon, "joint", joint=joint, coef=_text(factor))
+                SubElement(actuators, "motor", name=moment, tendon=bend)
+
+
+def _coordinate_names(vehicle: Vehicle) -> list[tuple[str, str]]:
+    """Return the name of each coordinate of the sections, and of the moment conjugate to it."""
+    bends = flat_labels(vehicle) or columns_of_bends(vehicle)
+    return list(zip(bends, columns_of_moments(vehicle), strict=True))
 
 
 def _camera(tip: Element, camera: Camera) -> None:

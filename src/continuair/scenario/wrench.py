@@ -60,7 +60,8 @@ class FlightState:
     angular_velocity : ndarray, shape (3,)
         In body axes [rad/s].
     bend, bend_rate : ndarray, shape (sections, 2)
-        Bend vectors and their rates [1/m, 1/(m s)].
+        Bend vectors and their rates [1/m, 1/(m s)]. Of arms with a section whose strain varies,
+        shape (coordinates,): those of all sections, as `strain` and `strain_rate` of results.
     tip_position, tip_velocity : ndarray, shape (arms, 3)
         In world axes [m, m/s].
 

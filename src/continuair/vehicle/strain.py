@@ -22,7 +22,7 @@ from continuair.vehicle.fields import Part, Whole
 COMPONENTS = ("bend_x", "bend_y", "twist", "stretch", "shear_x", "shear_y")
 """Names of the components, in the order of the coordinates."""
 
-_TURNING = 3
+TURNING = 3
 """The first components turn the cross-section, the others move it."""
 
 
@@ -60,12 +60,12 @@ class Orders:
     @property
     def turning(self) -> int:
         """Return the number of coordinates that turn the cross-section: the first ones."""
-        return sum(self.counts[:_TURNING])
+        return sum(self.counts[:TURNING])
 
     @property
     def highest(self) -> int:
         """Return the highest order of the components that turn the cross-section."""
-        return max(self.counts[:_TURNING]) - 1
+        return max(self.counts[:TURNING]) - 1
 
     @property
     def least_nodes(self) -> int:

@@ -7,14 +7,14 @@ by collocation at the Gauss nodes of the section's own mass (nodes.py, native.py
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 import warp as wp
 
 from continuair.device.numbers import Numbers, holding
 from continuair.device.types import MAX_BEND_ANGLE, Tree, device_types
-from continuair.sections.kind import SectionCode, SectionKind
+from continuair.sections.kind import SectionCode, SectionKind, SymbolicSection
 from continuair.sections.rod import Rod
 from continuair.sections.strain.element import BODIES, element_code
 from continuair.sections.strain.nodes import gathered, integration
@@ -23,6 +23,11 @@ from continuair.typing import Array
 from continuair.vehicle.runs import per_run
 from continuair.vehicle.section import Section
 from continuair.vehicle.strain import COMPONENTS, Orders
+
+if TYPE_CHECKING:
+    from casadi import DM, SX
+
+    from continuair.sections.symbolic import Frame
 
 
 @dataclass(frozen=True)
@@ -185,6 +190,33 @@ class StrainField(SectionKind):
         out[:, self.nodes + 2 : self.nodes + 5] = np.swapaxes(bodies, 1, 2)
         out[:, self.nodes + 5] = length[:, None]
         return out
+
+    def symbolic(
+        self, section: Section, base: "Frame", coordinates: "SX", rate: "DM", table: Array
+    ) -> SymbolicSection:
+        """Return the section in CasADi.
+
+        Parameters
+        ----------
+        section : Section
+            A section of a vehicle.
+        base : Frame
+            The frame at its base.
+        coordinates : SX
+            Its coordinates [1/m; stretch and shear: -].
+        rate : DM
+            Rates of the coordinates, as a matrix times the rates z of the vehicle.
+        table : ndarray
+            Its table of coefficients.
+
+        Returns
+        -------
+        SymbolicSection
+            The section.
+        """
+        from continuair.sections.strain.symbolic import BentRod
+
+        return BentRod(section, base, coordinates, rate, table)
 
     def device(self, numbers: Numbers, tree: Tree, section: int) -> SectionCode:
         """Return the device code of a section; equal arguments return the same object.
