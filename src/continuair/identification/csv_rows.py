@@ -37,7 +37,7 @@ def rows_of(name: str, file: Path) -> tuple[list[str], list[list[str]]]:
             name,
             f"is {path}, which cannot be read ({reason(error)})",
             "give the path of a CSV file",
-        ).located(path) from None
+        ) from None
     return ([cell.strip() for cell in lines[0]] if lines else []), lines[1:]
 
 
