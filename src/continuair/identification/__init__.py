@@ -3,7 +3,7 @@
 from continuair.identification.bench import Bench, load_bench
 from continuair.identification.decay import Decay, decay_of, onset
 from continuair.identification.fitting import Fit, fit
-from continuair.identification.joint import JointFit, Measurement, fit_jointly
+from continuair.identification.joint import JointFit, fit_jointly
 from continuair.identification.recording import Recording, load_recording
 from continuair.identification.releases import Releases, load_releases
 from continuair.identification.validation import ReleaseValidation, validate_releases
@@ -13,7 +13,6 @@ __all__ = [
     "Decay",
     "Fit",
     "JointFit",
-    "Measurement",
     "Recording",
     "ReleaseValidation",
     "Releases",

@@ -112,7 +112,7 @@ def fit_jointly(
     vehicle : Vehicle
         Vehicle with initial values.
     measurements : sequence of Measurement
-        `Releases`, `StaticPoses`, or objects of the same methods.
+        `Releases`, or objects with its `name`, `measured` and `predictor`.
     fields : sequence of str
         Dotted names of the fields that all recordings share.
     own : sequence of str, default ()

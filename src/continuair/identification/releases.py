@@ -112,8 +112,10 @@ class Releases(Immutable):
 
         Returns
         -------
-        coordinates, rates : ndarray, shape (releases, coordinates)
-            Bend vectors of arcs [1/m, 1/(m s)], and the coordinates of other sections.
+        coordinates : ndarray, shape (releases, coordinates)
+            Bend vectors of arcs [1/m], and the coordinates of other sections.
+        rates : ndarray, shape (releases, coordinates)
+            Their rates [per s].
         """
         at = markers_of(vehicle, self.bench)
         early = self.measured(vehicle)[:, :_SAMPLES_OF_START]
