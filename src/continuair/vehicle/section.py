@@ -303,15 +303,15 @@ class Section(NamedPart):
         return ends(self.given_radius) is not None
 
     @property
-    def radii(self) -> tuple[Any, Any]:
+    def radii(self) -> tuple[float, float]:
         """Return the radii at base and tip [m]; raise InputError if there is none."""
         tapered = ends(self.given_radius)
         return (self.radius, self.radius) if tapered is None else tapered
 
     @property
-    def mean_radius(self) -> Any:
+    def mean_radius(self) -> float:
         """Return the mean radius of the backbone [m]; raise InputError if there is none."""
-        return mean_power(self.radii, 1) if self.tapered else self.radius
+        return cast(float, mean_power(self.radii, 1)) if self.tapered else self.radius
 
     @property
     def radius(self) -> float:
@@ -340,8 +340,8 @@ class Section(NamedPart):
 
         Returns
         -------
-        mass, inertia : ndarray, shape (n,) or (runs, n)
-            1 for a section that does not taper.
+        tuple of ndarray
+            Of mass, and of inertia, of shape (n,) or (runs, n); 1 for a section without taper.
         """
         radii = ends(self.given_radius)
         if radii is None:
