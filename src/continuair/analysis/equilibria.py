@@ -27,7 +27,7 @@ _LONGEST = 0.5
 _REST = 1e-9
 """Length of the last step, in natural units."""
 
-_WIDEST = 2.0 * np.pi
+_WIDEST = 4.0 * np.pi
 """Sum of the absolute coefficients in natural units beyond which a row is given up."""
 
 
