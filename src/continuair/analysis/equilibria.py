@@ -69,6 +69,8 @@ def equilibria(arm: ClampedArm, run: Rows, tensions: Array, gravity: Array) -> A
 def _rest(arm: ClampedArm, run: Rows, tensions: Array, gravity: Array, q: Array) -> Array:
     """Return the minimum of the energy next to q (rows, coordinates), nan where none is found."""
     unit, found = arm.natural(run), np.full(q.shape, np.nan)
+    # Divided by the root of the stiffness, all springs are 1: stretch is far stiffer than bends.
+    soft = 1.0 / np.sqrt(np.einsum("rjj->rj", arm.stiffness)[run] * unit**2)
     x, rows = q / unit, np.arange(len(q))
     for _ in range(_MOST):
         if not len(rows):
@@ -79,11 +81,13 @@ def _rest(arm: ClampedArm, run: Rows, tensions: Array, gravity: Array, q: Array)
             return value, slope * unit[of]
 
         value, slope = energy(x, rows)
-        curvature, axes = np.linalg.eigh(np.asarray(_hessian(energy, x, rows), float))
-        along = np.einsum("rij,ri->rj", axes, slope)
+        own = soft[rows]
+        hessian = own[:, :, None] * _hessian(energy, x, rows) * own[:, None, :]
+        curvature, axes = np.linalg.eigh(np.asarray(hessian, float))
+        along = np.einsum("rij,ri->rj", axes, own * slope)
         least = 1e-6 * np.abs(curvature).max(-1, keepdims=True)
         # Downhill, where the energy has no minimum, too.
-        step = -np.einsum("rij,rj->ri", axes, along / np.maximum(np.abs(curvature), least))
+        step = -own * np.einsum("rij,rj->ri", axes, along / np.maximum(np.abs(curvature), least))
         size = np.abs(step).max(-1, keepdims=True)
         done = (size[:, 0] < _REST) & (curvature[:, 0] > least[:, 0])
         found[rows[done]] = (x + step)[done] * unit[rows[done]]
