@@ -200,3 +200,10 @@ def test_controllers_do_not_hold_a_taper() -> None:
     with pytest.raises(ca.InputError):
         ca.hold(tapered(), [0.0, 0.0, 1.0])
     assert ca.hold(tapered(), [0.0, 0.0, 1.0], bend_rate=0.0)
+
+
+def test_contact_needs_one_radius() -> None:
+    obstacle = ca.Sphere(centre=[0.0, 0.0, -5.0], radius=0.1)
+    vehicle = tapered()
+    with pytest.raises(ca.InputError):
+        ca.simulate(vehicle, ca.Scenario("near", bent(vehicle), duration=0.1, obstacles=[obstacle]))
