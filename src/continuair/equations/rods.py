@@ -178,7 +178,7 @@ def _rigidity(part: Section, component: int, shares: Array) -> Array:
     """Return the stiffness of a component of the strain at shares of the length."""
     if not part.tapered:
         return np.full(len(shares), part.rigidities()[component])
-    base, tip = part.radii
+    base, tip = part.radii()
     r = base + (tip - base) * shares
     modulus, bulk = part.youngs_modulus, 2.0 * (1.0 + (part.poisson_ratio or 0.0))
     twisted = np.pi / 2.0 * modulus / bulk * r**4

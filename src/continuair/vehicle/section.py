@@ -135,7 +135,7 @@ class Section(NamedPart):
         self._check_taper()
         check_tendons(self.tendon, (self,))
         self._check_frequency()
-        if self.given_radius is not None and (largest := max(self.radii)) > self.length / 2:
+        if self.given_radius is not None and (largest := max(self.radii())) > self.length / 2:
             raise InputError(
                 "radius",
                 f"is {largest}, more than half of length {self.length}",
@@ -205,7 +205,7 @@ class Section(NamedPart):
         """Raise InputError for two radii where one is needed."""
         if not self.tapered:
             return
-        given = list(self.radii)
+        given = list(self.radii())
         if self.polar:
             raise InputError(
                 "radius",
@@ -302,16 +302,26 @@ class Section(NamedPart):
         """Return whether the radius changes along the section."""
         return ends(self.given_radius) is not None
 
-    @property
     def radii(self) -> tuple[float, float]:
-        """Return the radii at base and tip [m]; raise InputError if there is none."""
+        """Return the radii at base and tip.
+
+        Returns
+        -------
+        tuple of float
+            Two numbers, or arrays over the runs [m].
+
+        Raises
+        ------
+        InputError
+            If there is no radius.
+        """
         tapered = ends(self.given_radius)
         return (self.radius, self.radius) if tapered is None else tapered
 
     @property
     def mean_radius(self) -> float:
         """Return the mean radius of the backbone [m]; raise InputError if there is none."""
-        return cast(float, mean_power(self.radii, 1)) if self.tapered else self.radius
+        return cast(float, mean_power(self.radii(), 1)) if self.tapered else self.radius
 
     @property
     def radius(self) -> float:
@@ -387,14 +397,14 @@ class Section(NamedPart):
     def area(self) -> float:
         """Return the area of the cross-section, the mean of a tapered section [m²]."""
         if self.tapered:
-            return cast(float, math.pi * mean_power(self.radii, AREA))
+            return cast(float, math.pi * mean_power(self.radii(), AREA))
         return math.pi * self.radius * self.radius
 
     @property
     def second_moment(self) -> float:
         """Return the second moment of area about a diameter, I; the mean if it tapers [m⁴]."""
         if self.tapered:
-            return cast(float, math.pi / 4 * mean_power(self.radii, MOMENT))
+            return cast(float, math.pi / 4 * mean_power(self.radii(), MOMENT))
         square = self.radius * self.radius
         return math.pi / 4 * square * square
 
