@@ -4,6 +4,7 @@ from continuair.identification.bench import Bench, load_bench
 from continuair.identification.decay import Decay, decay_of, onset
 from continuair.identification.fitting import Fit, fit
 from continuair.identification.joint import JointFit, fit_jointly
+from continuair.identification.poses import Marker, StaticPoses, load_poses
 from continuair.identification.recording import Recording, load_recording
 from continuair.identification.releases import Releases, load_releases
 from continuair.identification.validation import ReleaseValidation, validate_releases
@@ -13,13 +14,16 @@ __all__ = [
     "Decay",
     "Fit",
     "JointFit",
+    "Marker",
     "Recording",
     "ReleaseValidation",
     "Releases",
+    "StaticPoses",
     "decay_of",
     "fit",
     "fit_jointly",
     "load_bench",
+    "load_poses",
     "load_recording",
     "load_releases",
     "onset",

@@ -112,7 +112,7 @@ def fit_jointly(
     vehicle : Vehicle
         Vehicle with initial values.
     measurements : sequence of Measurement
-        `Releases`, or objects with its `name`, `measured` and `predictor`.
+        `Releases`, `StaticPoses`, or objects with their `name`, `measured` and `predictor`.
     fields : sequence of str
         Dotted names of the fields that all recordings share.
     own : sequence of str, default ()
