@@ -343,7 +343,6 @@ def text_of(results: dict[str, Any]) -> str:
         spread=f"{results['spread_mm']:.2f}",
         floor=f"{0.5 * rms(np.array([each[3] for each in results['pairs']])):.1f}",
         all_theirs=f"{over_all(results['with_the_peers_values'][2], 'all'):.1f}",
-        tip_theirs=f"{over_all(results['with_the_peers_values'][2], 'tip'):.0f}",
         moved=", ".join(
             f"{1e3 * results['fits_with_base'][1]['values'][f'base_{axis}']:.0f}" for axis in "xyz"
         ),

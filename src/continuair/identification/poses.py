@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +14,8 @@ from continuair import checks
 from continuair.analysis.clamped import ClampedArm
 from continuair.analysis.equilibria import equilibria
 from continuair.errors import InputError, nearest, shown
-from continuair.files import check_regular, printed, reason, user_path
+from continuair.files import printed, user_path
+from continuair.identification.csv_rows import rows_of
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.runs import per_run
@@ -184,6 +184,37 @@ class StaticPoses:
         found[np.isnan(q[:, 0])] = np.nan
         placed = turn.apply(found.reshape(-1, 3)) + np.asarray(self.position)
         return placed.reshape(runs, poses, len(self.markers), 3)
+
+    def measured(self, vehicle: Vehicle) -> Array:
+        """Return the measured points; raise InputError if they are not those of such a vehicle.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            One vehicle.
+
+        Returns
+        -------
+        ndarray, shape (poses, markers, 3)
+            Points [m]; nan where one was not seen.
+        """
+        self.check_reach(vehicle)
+        return self.points
+
+    def predictor(self, vehicle: Vehicle) -> Callable[[Vehicle], Array]:
+        """Return `predict`, as other recordings of a joint fit do for vehicles like a given one.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            One vehicle.
+
+        Returns
+        -------
+        callable
+            From a vehicle or a batch to points (runs, poses, markers, 3) [m].
+        """
+        return self.predict
 
     def residuals(self, vehicle: Vehicle) -> Array:
         """Return predicted less measured coordinates of all markers.
@@ -377,27 +408,17 @@ def load_poses(
 
 def _read(file: Path) -> tuple[list[str], list[list[str]]]:
     """Return headings and rows of a CSV file, or raise InputError."""
-    path = printed(file)
-    try:
-        check_regular("data", file)
-        with open(file, newline="", encoding="utf-8-sig") as text:
-            lines = [line for line in csv.reader(text) if any(cell.strip() for cell in line)]
-    except (OSError, ValueError, csv.Error) as error:
-        raise InputError(
-            "data", f"is {path}, which cannot be read ({reason(error)})",
-            "give the path of a CSV file",
-        ) from None  # fmt: skip
-    if len(lines) < 2:
+    path, (headings, rows) = printed(file), rows_of("data", file)
+    if not rows:
         raise InputError("data", "holds no poses", "give headings and a row per pose").located(path)
-    headings = [cell.strip() for cell in lines[0]]
-    for index, line in enumerate(lines[1:]):
+    for index, line in enumerate(rows):
         if len(line) != len(headings):
             raise InputError(
                 "data",
                 f"has {len(line)} cells in row {index + 1} below {len(headings)} headings",
                 "give as many",
             ).located(path)
-    return headings, lines[1:]
+    return headings, rows
 
 
 def _numbers(path: str, name: str, cells: list[str], gaps: bool) -> Array:
