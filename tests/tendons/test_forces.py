@@ -7,6 +7,7 @@ import pytest
 
 import continuair as ca
 from continuair.equations import rod_curve, tendon_lengths
+from continuair.vehicle.tendon_path import pieces, straight_lengths
 from tests.refusals import refused
 from tests.sections.strains import flying, rod
 from tests.tendons.pulled import DISKS, FOUR, pulled, settled
@@ -15,6 +16,7 @@ TENSION, LONG = 3.0, pytest.mark.long
 ANGLES = {"angles": [0.3, 2.0, 4.4]}
 CONVERGING: Any = ANGLES | {"offset": [0.02, 0.01]}
 ON_DISKS = {"guides": "disks"}
+HELICAL: Any = CONVERGING | {"turn": 2.1}
 ALL = {"bending": 1, "twist": 1, "stretch": 1, "shear": 1}
 
 
@@ -39,6 +41,10 @@ def forces_of(vehicle: ca.Vehicle, q: Any) -> tuple[Any, Any, Any]:
         ([rod(), rod(length=0.3)], [CONVERGING, ANGLES | {"section": "0", "end": 0.4}], 2.0, 1e-12),
         pytest.param([rod(bending=1), rod()], [CONVERGING, ANGLES | {"section": "0"}], 2.0, 1e-12,
                      marks=LONG),
+        ([rod(bending=1, twist=0)], [HELICAL], 2.0, 1e-10),
+        pytest.param([rod(), rod(length=0.3)], [HELICAL, ANGLES | {"section": "0", "turn": -3.0}],
+                     2.0, 1e-10, marks=LONG),
+        pytest.param([rod(disks=DISKS)], [HELICAL | ON_DISKS], 2.0, 1e-3, marks=LONG),
         pytest.param([rod(bending=3, twist=2)], [CONVERGING], 2.0, 1e-10, marks=LONG),
         pytest.param([rod(**ALL)], [CONVERGING], 0.2, 1e-10, marks=LONG),
         ([rod(disks=DISKS)], [ANGLES | {"guides": "disks"}], 2.0, 1e-12),
@@ -58,9 +64,10 @@ def test_a_tension_pulls_along_the_derivatives_of_the_length(
     assert np.abs(found - expected).max() <= tolerance * np.abs(expected - without).max()
 
 
-def test_lengths_are_those_of_the_curve_in_space() -> None:
+@pytest.mark.parametrize("route", [CONVERGING, HELICAL])
+def test_lengths_are_those_of_the_curve_in_space(route: Any) -> None:
     """Of many points of a tendon, whose polygon is shorter by the square of their distance."""
-    vehicle = pulled(CONVERGING, sections=[rod(bending=2, twist=1)])
+    vehicle = pulled(route, sections=[rod(bending=2, twist=1)])
     (section,), (group,) = vehicle.arms[0].section, vehicle.arms[0].tendon
     q = 2.0 * np.random.default_rng(1).normal(size=vehicle.layout.bends)
     expected = []
@@ -71,12 +78,33 @@ def test_lengths_are_those_of_the_curve_in_space() -> None:
         radius = np.interp(s, [0.0, section.length], group.offset)
         lengths = []
         for angle in group.angles:
-            o = radius[:, None] * [np.cos(angle), np.sin(angle), 0.0]
+            at = angle + group.turn * s / section.length
+            o = radius[:, None] * np.column_stack([np.cos(at), np.sin(at), 0.0 * at])
             places = points + np.einsum("sij,sj->si", frames, o)
             lengths.append(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
         expected.append(lengths)
     coarse, fine = np.array(expected)
     assert tendon_lengths(vehicle, q) == pytest.approx(fine + (fine - coarse) / 3.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("guides", ["channel", "disks"])
+def test_a_helix_on_a_straight_rod_has_its_length_and_its_torque(guides: str) -> None:
+    """Pythagoras: over the rod and around it; unrolled, a torsion γ adds -γ l to the turn."""
+    length, offset, turn, gaps = 0.5, 0.02, 2.1, 8
+    vehicle = pulled({"angles": [0.4], "offset": offset, "turn": turn, "guides": guides},
+                     sections=[rod(bending=0, twist=0, disks=DISKS)])  # fmt: skip
+
+    def expected(around: Any) -> Any:
+        if guides == "disks":
+            return np.hypot(length, 2.0 * gaps * offset * np.sin(0.5 * around / gaps))
+        return np.hypot(length, offset * around)
+
+    found = straight_lengths(pieces(vehicle.arms[0].tendon[0], vehicle.arms[0], 1))
+    assert found.ravel() == pytest.approx([expected(turn)], rel=1e-13)
+    assert tendon_lengths(vehicle, np.zeros(3)) == pytest.approx([expected(turn)], rel=1e-13)
+    torsion = 0.7
+    twisted = tendon_lengths(vehicle, [0.0, 0.0, torsion])
+    assert twisted == pytest.approx([expected(turn - torsion * length)], rel=1e-13)
 
 
 def two_sections(guides: str) -> ca.Vehicle:

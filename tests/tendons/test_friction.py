@@ -59,6 +59,29 @@ def test_friction_only_takes_energy(by_length: bool) -> None:
     assert energy[0] - energy[-1] > 0.02 * swing
 
 
+@pytest.mark.long
+def test_a_helix_rubs_on_a_rod_that_stays_straight() -> None:
+    """Its own curve turns it by ω² d/√(1 + ω² d²) per length of the rod; θ up to the last gap.
+
+    Over two whole turns it does not bend the rod, which untwists a little: the tendon slides.
+    """
+    offset, turn, length = 0.02, 4.0 * np.pi, 0.5
+    helix = {"angles": [0.3], "offset": offset, "turn": turn, "friction": 0.1, "pretension": 3.0,
+             "friction_stiffness": 1e7}  # fmt: skip
+    stiff = rod(bending=0, twist=0, youngs_modulus=5e10, damping_ratio=0.5)
+    vehicle = pulled(helix, sections=[stiff])
+
+    def command(t: float) -> Any:
+        return [1000.0 * t]
+
+    still = ca.Scenario("pulled", np.zeros(9), gravity=0.0, tendon_command=command, duration=0.02)
+    flight = ca.simulate(vehicle, still, rtol=1e-8, sample=0.005)
+    omega = turn / length
+    turned = omega**2 * offset / np.hypot(1.0, omega * offset) * length * 5.0 / 6.0
+    ratio = float((flight["tendon_end_tension"] / flight["tendon_tension"])[-1, 0])
+    assert ratio == pytest.approx(np.exp(-0.1 * turned), rel=2e-3)
+
+
 def test_a_sliding_tendon_loses_tension_as_the_capstan_says() -> None:
     """T1/T0 = exp(-μ θ) where it is pulled, exp(μ θ) where it is let go; θ up to the last gap."""
     vehicle = pulled(RUBBING, damping_ratio=0.3)

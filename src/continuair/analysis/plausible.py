@@ -116,12 +116,21 @@ def _of_sections(vehicle: Vehicle) -> list[str]:
     return found
 
 
+_MOST_TURNS = 5
+"""Full turns about the backbone, above which an angle of a helical tendon may be in degrees."""
+
+
 def _of_tendons(group: Tendon, arm: ArmChain) -> list[str]:
     """Return sentences on implausible angles, offsets and friction of tendons."""
     at, length = f"arm.{arm.name}.tendon.{group.name}", sum(each.length for each in arm.section)
     found = []
     if max(map(abs, group.angles)) > 2.0 * math.pi * (1.0 + ROUNDING):
         found.append(f"{at}.angles hold more than a full turn; check that they are in radians.")
+    if abs(group.turn) > 2.0 * math.pi * _MOST_TURNS:
+        found.append(
+            f"{at}.turn is {group.turn:g} rad, {_MOST_TURNS} full turns or more; check that it is "
+            "in radians."
+        )
     if max(group.offset) > length / 5.0:
         found.append(
             f"{at}.offset is {max(group.offset):g} m beside an arm of {length:g} m; check that it "

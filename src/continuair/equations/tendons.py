@@ -50,7 +50,17 @@ def tendon_lengths(vehicle: Vehicle, coordinates: ArrayLike) -> Array:
 def _offset(group: Tendon, angle: float, share: float) -> Array:
     """Return the offset (3,) [m] at a share of the tendon's length along the backbone."""
     base, end = group.offset
+    angle = angle + group.turn * share
     return (base + (end - base) * share) * np.array([np.cos(angle), np.sin(angle), 0.0])
+
+
+def _offset_rate(group: Tendon, angle: float, share: float) -> Array:
+    """Return the derivative (3,) [m] of the offset by that share."""
+    base, end = group.offset
+    angle = angle + group.turn * share
+    outward = np.array([np.cos(angle), np.sin(angle), 0.0])
+    around = np.array([-np.sin(angle), np.cos(angle), 0.0])
+    return (end - base) * outward + (base + (end - base) * share) * group.turn * around
 
 
 def _passed(
@@ -68,14 +78,15 @@ def _passed(
 def _along_channel(arm: ArmChain, group: Tendon, angle: float, q: Array) -> Array:
     parts = list(_passed(arm, group, q))
     whole = sum(span for _, _, span, _ in parts)
-    slope = (_offset(group, angle, 1.0) - _offset(group, angle, 0.0)) / whole
     nodes, weights = leggauss(_NODES)
     found = np.zeros(q.shape[:-1], q.dtype)
     for section, begun, span, own in parts:
         for node, weight in zip(nodes, weights, strict=True):
             at = 0.5 * span * (1.0 + node)
             turning, advance = strain_of(section.orders, own, at / section.length)
-            moved = advance + np.cross(turning, _offset(group, angle, (begun + at) / whole)) + slope
+            share = (begun + at) / whole
+            moved = advance + np.cross(turning, _offset(group, angle, share))
+            moved = moved + _offset_rate(group, angle, share) / whole
             found = found + 0.5 * span * weight * np.sqrt((moved * moved).sum(-1))
     return found
 

@@ -111,7 +111,8 @@ def _of_tendons(vehicle: Vehicle) -> Lines:
             bent = group.offset[1] / section.bending_stiffness
             found.append((
                 f"tendons {arm.name}.{group.name}",
-                f"{group.count} at {near:.3g}{f' to {far:.3g}' * (near != far)} mm, to section "
+                f"{group.count} at {near:.3g}{f' to {far:.3g}' * (near != far)} mm, "
+                f"{f'turning by {group.turn:.3g} rad, ' * bool(group.turn)}to section "
                 f"{section.name}, "
                 f"{bent:.3g} rad/m per N there",
             ))  # fmt: skip

@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, field_validator, model_validator
 
 from continuair.errors import InputError, shown
 from continuair.vehicle.fields import (
+    Finite,
     Name,
     NotNegative,
     NotNegativePair,
@@ -74,6 +75,10 @@ class Tendon(NamedPart):
     offset: Offsets
     """the distance of the tendons from the backbone: one number, or 2 of tendons that converge, at
     the arm's base and at their end [m]"""
+
+    turn: Finite = 0.0
+    """the angle by which helical tendons turn about the backbone from the arm's base to their end,
+    at a constant rate per arc length; 0 for tendons that do not turn [rad]"""
 
     section: Place = ""
     """the name or index of the section in which the tendons end, the last by default"""
@@ -172,6 +177,11 @@ class Tendon(NamedPart):
     def rubs(self) -> bool:
         """Return whether the tendons have friction, in any run."""
         return bool(np.any(self.friction))
+
+    @property
+    def turns(self) -> bool:
+        """Return whether the tendons are helical, in any run."""
+        return bool(np.any(self.turn))
 
     @property
     def lags(self) -> bool:

@@ -2,7 +2,8 @@
 
 A tendon at the offset o of the cross-section advances by τ = ε + κ×o + o' per length of the
 backbone, after F. Renda et al., IEEE RA-L 5(3), 2020. A piece is a node of a quadrature along a
-channel, or the gap between two disks, over which strain and offset take their means.
+channel, or the gap between two disks, over which strain and offset take their means. A helical
+tendon turns about the backbone at a constant rate per arc length.
 """
 
 from __future__ import annotations
@@ -102,27 +103,55 @@ def pieces(tendon: Tendon, arm: ArmChain, runs: int) -> Array:
     if tendon.end is not None:
         spans[-1] = per_run(tendon.end, runs)
     whole, begun, parts = sum(spans, np.zeros(runs)), np.zeros(runs), []
-    base, end = np.moveaxis(per_run(tendon.offset, runs, 2), 1, 0)
-    slope = (end - base) / whole
     for section, span in zip(passed, spans, strict=True):
         at, width, values, rates = _along(tendon, section, span, highest, runs)
-        out = np.zeros((runs, at.shape[1], 3 + 2 * highest))
+        out = np.zeros((runs, at.shape[1], GEOMETRY + 2 * highest))
         out[..., 0] = width
-        out[..., 1] = base[:, None] + slope[:, None] * (begun[:, None] + at)
-        out[..., 2] = slope[:, None]
-        out[..., 3 : 3 + highest], out[..., 3 + highest :] = values, rates
+        out[..., 1:3], out[..., 3:GEOMETRY] = _offsets(
+            tendon, whole[:, None], begun[:, None] + at, width
+        )
+        out[..., GEOMETRY : GEOMETRY + highest], out[..., GEOMETRY + highest :] = values, rates
         parts.append(out)
         begun = begun + span
     each = np.concatenate(parts, axis=1)
     angles = per_run(tendon.angles, runs, tendon.count)
-    found = np.empty((runs, tendon.count, each.shape[1], GEOMETRY + 2 * highest))
+    found = np.repeat(each[:, None], tendon.count, axis=1)
     for index in range(tendon.count):
-        ways = np.stack([np.cos(angles[:, index]), np.sin(angles[:, index])], axis=-1)[:, None]
-        found[:, index, :, 0] = each[..., 0]
-        found[:, index, :, 1:3] = each[..., 1:2] * ways
-        found[:, index, :, 3:5] = each[..., 2:3] * ways
-        found[:, index, :, 5:] = each[..., 3:]
+        angle = angles[:, index, None]
+        found[:, index, :, 1:3] = _turned(each[..., 1:3], angle)
+        found[:, index, :, 3:GEOMETRY] = _turned(each[..., 3:GEOMETRY], angle)
     return found
+
+
+def _offsets(tendon: Tendon, whole: Array, at: Array, width: Array) -> tuple[Array, Array]:
+    """Return offset [m] and its rate [-], (runs, n, 2) both, of a tendon at the angle 0.
+
+    whole: length of the backbone (runs, 1) beside the tendon; at, width: middle and length (runs,
+    n) of its pieces [m]. Between disks they are the mean and the slope of a straight chord.
+    """
+    runs = len(whole)
+    base, end = (each[:, None] for each in np.moveaxis(per_run(tendon.offset, runs, 2), 1, 0))
+    slope, rate = (end - base) / whole, per_run(tendon.turn, runs)[:, None] / whole
+
+    def offset(at: Array) -> Array:
+        distance = base + slope * at
+        return _turned(np.stack([distance, np.zeros_like(at)], axis=-1), rate * at)
+
+    advance = np.stack([slope + 0.0 * at, rate * (base + slope * at)], axis=-1)
+    advance = _turned(advance, rate * at)
+    if not (tendon.guides == "disks" and tendon.turns):
+        return offset(at), advance
+    near, far = offset(at - 0.5 * width), offset(at + 0.5 * width)
+    filled = width[..., None] > 0.0
+    chord = (far - near) / np.where(filled, width[..., None], 1.0)
+    return 0.5 * (near + far), np.where(filled, chord, advance)
+
+
+def _turned(vectors: Array, angle: Array) -> Array:
+    """Return vectors (..., 2) turned by angles (...) [rad]."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
 
 def straight_lengths(parts: Array) -> Array:
@@ -142,7 +171,8 @@ def _is_linear(tendon: Tendon, section: Section) -> bool:
     base, end = np.moveaxis(np.asarray(tendon.offset, float), -1, 0)
     orders = section.orders
     bends_alone = orders.twist is None and orders.stretch is None and orders.shear is None
-    return bool(np.all(base == end)) and (orders == CONSTANT or bends_alone)
+    parallel = bool(np.all(base == end)) and not tendon.turns
+    return parallel and (orders == CONSTANT or bends_alone)
 
 
 def _along(

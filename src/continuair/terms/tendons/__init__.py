@@ -77,6 +77,7 @@ class Tendons(Term):
                         prompt=bool((np.asarray(group.lag) == 0.0).any()),
                         damps=bool(np.any(group.damping)),
                         rubs=group.rubs,
+                        turns=group.turns,
                     )
                 )
             first += len(arm.section)

@@ -124,8 +124,10 @@ def _stretch_code(numbers: Numbers, tree: Tree, route: Route, section: int) -> A
             "define strains in that kind",
         )
     width, unit_at, rubs, straight = own.stop - own.start, own.start, route.rubs, route.straight
+    # Squared distance [m²] that no tendon has, in place of 0.
+    helical, tiny = route.turns, Real(1e-30)
     Coordinates, Strain = (wp.types.vector(n, Real) for n in (width, len(COMPONENTS)))
-    zero, one = Real(0.0), Real(1.0)
+    zero, one, two = Real(0.0), Real(1.0), Real(2.0)
     polynomial = elementary_code(numbers).polynomial
     # Of the angle φ between two disks, in φ²: 2 (1 - cos φ)/φ², what it lacks to 1 over φ², and
     # their derivatives.
@@ -239,6 +241,12 @@ def _stretch_code(numbers: Numbers, tree: Tree, route: Route, section: int) -> A
                 g = strain_rate_of(q, row)
                 turning = vec3(g[1], -g[0], -g[2])
                 change = vec3(g[4], g[5], -g[3]) + wp.cross(turning, o) + wp.cross(kappa, d)
+                if wp.static(helical):
+                    # o'' = -ω² o + 2 ω d' z×o/d of an offset whose distance is d, ω its turning.
+                    distance = wp.dot(o, o) + tiny
+                    omega = (o[0] * d[1] - o[1] * d[0]) / distance
+                    aside = two * omega * wp.dot(o, d) / distance
+                    change = change - omega * omega * o + aside * vec3(-o[1], o[0], zero)
                 advance = wp.sqrt(whole)
                 unit = tau / advance
                 bent = (change - wp.dot(unit, change) * unit) / advance + wp.cross(kappa, unit)

@@ -31,8 +31,8 @@ class Route:
         Whether they run straight from disk to disk.
     by_length : bool
         Whether winches command their lengths.
-    lags, prompt, damps, rubs : bool
-        Whether, in some runs, motors lag, do not lag, tendons are damped, and rub.
+    lags, prompt, damps, rubs, turns : bool
+        Whether, in some runs, motors lag, do not lag, tendons are damped, rub, and are helical.
     """
 
     sections: tuple[int, ...]
@@ -45,6 +45,7 @@ class Route:
     prompt: bool
     damps: bool
     rubs: bool
+    turns: bool
 
     @property
     def pieces(self) -> int:
