@@ -1,4 +1,4 @@
-# make paper | test | verify | soak | mutants | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
+# make paper | test | verify | validate | soak | mutants | bench | docs | clean.  The Python that creates .venv: make PYTHON=python3.12 ...
 PYTHON ?= python3
 # What `make test` installs; EXTRAS=test,oracles adds the comparisons with other engines.
 EXTRAS ?= test
@@ -13,7 +13,7 @@ comma := ,
 # The package is installed in place, so that only these two files call for another installation.
 INPUTS := pyproject.toml constraints.txt
 
-.PHONY: paper test verify soak mutants bench docs clean
+.PHONY: paper test verify validate soak mutants bench docs clean
 
 paper: $(VENV)/installed
 	$(BIN)/continuair paper --out results/paper --check
@@ -32,6 +32,16 @@ verify: $(VENV)/installed-test-oracles
 	@$(BIN)/pytest -q tests/oracles --verify verify.json; status=$$?; \
 	  $(BIN)/python docs/make_trust.py verify.json && \
 	  echo "The claims are in verify.json and docs/explanation/trust_claims.md." && exit $$status
+
+# The folder of measured data, which are not part of this repository: make validate DATA=folder.
+# A set that is not there is skipped, in words; figures from publications need no folder.
+DATA ?= data
+validate: $(VENV)/installed-test
+	@for set in trunk tentacle; do \
+	  OMP_NUM_THREADS=1 $(BIN)/python validation/$$set.py "$(DATA)" || exit 1; done
+	@for set in tdcr aet helix; do \
+	  OMP_NUM_THREADS=1 $(BIN)/python validation/$$set.py || exit 1; done
+	@echo "The overview of the pages is docs/validation.md."
 
 # An hour by default; MINUTES=600 for a night.
 MINUTES ?= 60
