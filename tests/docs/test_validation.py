@@ -1,4 +1,4 @@
-"""Scripts of the validation pages skip where measured data are absent; an overview links all pages."""
+"""Scripts of the validation pages skip where data are absent; an overview links all pages."""
 
 import re
 import subprocess

@@ -90,12 +90,15 @@ def px4_estimates(found: xr.Dataset) -> dict[str, tuple[Array, Mapping[str, Arra
     }
 
 
-def write_ulog(path: Path, topics: Topics) -> None:
-    """Write topics as float, their counters as uint8_t; docs.px4.io, 'ULog file format'.
+def write_ulog(path: Path, topics: Topics, parameters: Mapping[str, float] | None = None) -> None:
+    """Write topics and parameters as float, counters as uint8_t; docs.px4.io, 'ULog file format'.
 
     Of a name such as "debug_array 1" the number is that of the topic's instance.
     """
     formats, logged, data = b"", b"", []
+    for key, value in (parameters or {}).items():
+        named = f"float {key}".encode()
+        formats += _message("P", struct.pack("<B", len(named)) + named + struct.pack("<f", value))
     for number, (instance, (time, fields)) in enumerate(topics.items()):
         name, _, of = instance.partition(" ")
         columns = {key: np.asarray(each).reshape(len(time), -1) for key, each in fields.items()}

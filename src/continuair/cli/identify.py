@@ -45,7 +45,7 @@ def identify(
         list[str] | None,
         typer.Option(
             help="Role and topic of a log, such as tip=/arm/tip; repeatable. Of a ROS 2 bag, "
-            "bend, bend_moment and rotors alone take fields. Of a PX4 log, TOPIC.1 is the "
+            "bend, bend_moment, rotors and motors alone take fields. Of a PX4 log, TOPIC.1 is the "
             "topic's instance 1.",
             metavar="ROLE=TOPIC[:FIELDS][*SCALE]",
         ),
@@ -65,7 +65,18 @@ def identify(
             metavar="X Y Z",
         ),
     ] = (0.0, 0.0, 0.0),
-    out: Annotated[Path | None, typer.Option(help="File for the fitted vehicle.")] = None,
+    thrust_curve: Annotated[
+        Path | None,
+        typer.Option(
+            help="Thrusts [N] of a motor's signals, measured on a stand: a CSV file with the "
+            "columns signal and thrust, for --topic motors=TOPIC:FIELDS. Default: the vehicle's "
+            "thrust_model_factor."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="File for the fitted vehicle, with the covariance of its fields."),
+    ] = None,
     force: Annotated[
         bool, typer.Option("--force", help="Replace a vehicle that continuair wrote to --out.")
     ] = False,
@@ -80,11 +91,12 @@ def identify(
         from continuair import identification
         from continuair.interfaces.flights import read_flight
         from continuair.studies.results import as_json
+        from continuair.vehicle.vehicle import UNCERTAINTY
         from continuair.vehicle.vehicle_file import check_file, write_vehicle
 
         if out is not None:
             check_file(out, force)
-        recording = read_flight(data, start, topic or [], rate, window, imu)
+        recording = read_flight(data, start, topic or [], rate, window, imu, thrust_curve)
         names = None if fit is None else fit.split(",")
         found = identification.fit(start, recording, names, test=test, progress=progress)
     if recording.sampling:
@@ -93,7 +105,8 @@ def identify(
     write_json(as_json(found.describe()), json)
     if out is not None:
         comment = [f"Fitted to {recording.name} by continuair identify."]
-        write_vehicle(found.vehicle, out, comment, force=force)
+        beside = {UNCERTAINTY: found.uncertainty} if found.uncertainty else {}
+        write_vehicle(found.vehicle, out, comment, beside=beside, force=force)
     where = f"The vehicle is {out}." if out else "Name a file with --out to keep the vehicle."
     typer.echo(where, err=True)
 

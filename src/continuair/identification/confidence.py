@@ -1,4 +1,4 @@
-"""Standard errors of fitted fields, and warnings of fields that the data do not determine."""
+"""Standard errors of fitted fields, their correlation, and warnings of undetermined fields."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ VAGUE = 0.3
 
 def confidence(
     problem: Problem, where: Array, deviations: Array, left: Array
-) -> tuple[Array, float, tuple[str, ...]]:
-    """Return standard errors (fields,) on the fields' scales, the condition, and warnings.
+) -> tuple[Array, Array, float, tuple[str, ...]]:
+    """Return standard errors (fields,) on the fields' scales, the correlation (fields, fields) of
+    the estimates for independent rows, the condition, and warnings.
 
     left: residuals (rows, width), whose standard deviations by group are `deviations`.
     """
@@ -42,11 +43,16 @@ def confidence(
     freedom = 1.0 - problem.estimated / left.size
     errors = spread(inverse.reshape(count, *left.shape), left / scale, freedom)
     errors = np.where(lost[:count], np.inf, errors / size[:count])
+    shared = inverse @ inverse.T
+    alone = np.sqrt(np.diag(shared))
+    # Columns have norm 1, which does not change a correlation.
+    correlation = np.divide(shared, np.outer(alone, alone), out=np.eye(count),
+                            where=np.outer(alone, alone) > 0.0)  # fmt: skip
     shares = errors * problem.chosen.relative(where[:count])
     names = problem.chosen.names
     doubts = (*_of_fields(names, silent, edge, lost), *_of_vague(names, shares))
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-    return errors, np.inf if silent.any() else condition, doubts
+    return errors, correlation, np.inf if silent.any() else condition, doubts
 
 
 def _mixed(null: Array, size: Array, fields: int) -> NDArray[np.bool_]:

@@ -34,6 +34,9 @@ class Fit:
     start, values, errors : ndarray, shape (fields,)
         Initial values, estimates and standard errors, in the units of the fields. An error is inf
         if the data do not determine the field.
+    correlation : ndarray, shape (fields, fields)
+        Correlation of the estimates, for independent rows; that of an undetermined field has no
+        meaning.
     deviations : dict of str to float
         Standard deviations of the residuals of what was measured: position_m, attitude_rad,
         bend_per_m, velocity_m_s, gyro_rad_s, accelerometer_m_s2.
@@ -55,12 +58,28 @@ class Fit:
     start: Array
     values: Array
     errors: Array
+    correlation: Array
     deviations: dict[str, float]
     condition: float
     doubts: tuple[str, ...]
     rows: int
     converged: bool
     biases: dict[str, list[float]] = field(default_factory=dict)
+
+    @property
+    def uncertainty(self) -> dict[str, object]:
+        """Return the `[uncertainty]` of a vehicle's file: fields and covariance; {} if unknown.
+
+        The covariance is that of logarithms, or of places in metres, as in `UncertainVehicle`.
+        """
+        known = np.flatnonzero(np.isfinite(self.errors))
+        if not len(known):
+            return {}
+        names = [self.fields[index] for index in known]
+        linear = fitted_fields(self.vehicle, names).linear
+        scale = self.errors[known] / np.where(linear, 1.0, self.values[known])
+        covariance = self.correlation[np.ix_(known, known)] * np.outer(scale, scale)
+        return {"fields": names, "covariance": covariance.tolist()}
 
     def describe(self) -> dict[str, object]:
         """Return the fit for JSON.
@@ -144,7 +163,7 @@ def fit(
             "stop before the recording ends",
             "check inputs and units, or start from a closer vehicle",
         ).located(recording.name)
-    errors, condition, doubts = confidence(problem, where, deviations, left)
+    errors, correlation, condition, doubts = confidence(problem, where, deviations, left)
     biases = problem.biases(where)
     doubts += (*of_what_is_left(left, recording), *of_large_biases(biases))
     doubts += replay.cut_off(found)
@@ -166,6 +185,7 @@ def fit(
         start=chosen.start,
         values=values,
         errors=errors * chosen.slopes(values),
+        correlation=correlation,
         deviations={
             group.key: deviation
             for group, deviation in zip(replay.measured.groups, deviations.tolist(), strict=True)

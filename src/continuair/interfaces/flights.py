@@ -21,19 +21,23 @@ def read_flight(
     rate: float | None,
     window: tuple[float, float] | None,
     imu_position: tuple[float, float, float],
+    thrust_curve: Path | None = None,
 ) -> Recording:
     """Read a .ulg file, a ROS 2 bag (a folder, .mcap or .db3), or else a CSV file.
 
     topics: texts ROLE=TOPIC, as `read_ulog` and `read_rosbag` take them with rate and window, which
-    are of logs alone; imu_position: of the accelerometer [m]. Raises InputError.
+    are of logs alone; imu_position: of the accelerometer [m]; thrust_curve: a CSV file, for motors
+    of logs. Raises InputError.
     """
     path = user_path("data", path)
     bag = path.suffix in (".mcap", ".db3") or path.is_dir()
     if bag or path.suffix == ".ulg":
         read = read_rosbag if bag else read_ulog
         named = split_topics(topics)
-        return read(path, vehicle, named, rate=rate, window=window, imu_position=imu_position)
-    for name, value in {"topic": topics or None, "rate": rate, "window": window}.items():
+        return read(path, vehicle, named, rate=rate, window=window, imu_position=imu_position,
+                    thrust_curve=thrust_curve)  # fmt: skip
+    of_logs = {"topic": topics or None, "rate": rate, "window": window}
+    for name, value in (of_logs | {"thrust_curve": thrust_curve}).items():
         if value is not None:
             raise InputError(
                 name,

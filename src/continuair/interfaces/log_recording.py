@@ -13,6 +13,7 @@ from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.flight.rotors import lag_rate
 from continuair.identification.recording import FEWEST_ROWS, SENSORS, Recording
+from continuair.interfaces.log_motors import thrust_curve, with_rotors
 from continuair.interfaces.log_signals import Signal, aligned, check_unit
 from continuair.vehicle.layout import ONE_SECTION
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
@@ -31,15 +32,18 @@ _MOST_HALF = 0.85 * np.pi
 
 @dataclass(frozen=True)
 class Choices:
-    """Checked choices of a log: rate [Hz] or None, window [s] or None, place of the IMU [m]."""
+    """Checked choices of a log: rate [Hz] or None, window [s] or None, place of the IMU [m], and
+    thrust curve (n, 2) or None."""
 
     rate: float | None
     window: tuple[float, float] | None
     imu_position: Array
+    thrust_curve: Array | None = None
 
 
-def choices(rate: Any, window: Any, imu_position: Any) -> Choices:
-    """Check a rate [Hz], a window (from, to) [s] since the log's start, and a place of the IMU.
+def choices(rate: Any, window: Any, imu_position: Any, curve: Any = None) -> Choices:
+    """Check a rate [Hz], a window (from, to) [s] since the log's start, a place of the IMU, and a
+    thrust curve, as `thrust_curve` takes it.
 
     Raises InputError.
     """
@@ -50,7 +54,8 @@ def choices(rate: Any, window: Any, imu_position: Any) -> Choices:
         if not first < last:
             raise InputError("window", f"is {shown(window)}", "give two times [s] that ascend")
         window = first, last
-    return Choices(rate, window, checks.vector("imu_position", imu_position, 3))
+    place = checks.vector("imu_position", imu_position, 3)
+    return Choices(rate, window, place, thrust_curve(curve))
 
 
 def check_roles(vehicle: Vehicle, roles: Any) -> None:
@@ -80,13 +85,14 @@ def check_roles(vehicle: Vehicle, roles: Any) -> None:
     if ("thrust" in roles) != ("torque" in roles):
         given, missing = ("thrust", "torque") if "thrust" in roles else ("torque", "thrust")
         raise InputError(given, f"is named without {missing}", "name both")
-    if "rotors" in roles and "thrust" in roles:
+    named = [role for role in ("rotors", "motors", "thrust") if role in roles]
+    if len(named) > 1:
         raise InputError(
-            "rotors", "and thrust are both named, and would act twice", "name one of the two"
+            named[0], f"and {named[1]} are both named, and would act twice", "name one of the two"
         )
-    if "rotors" in roles and vehicle.uav.rotors is None:
+    if named in (["rotors"], ["motors"]) and vehicle.uav.rotors is None:
         raise InputError(
-            "rotors",
+            named[0],
             "is named, but the vehicle has no [uav.rotors]",
             "give it some, or name thrust and torque",
         )
@@ -103,9 +109,11 @@ def recording(
     body axes.
 
     Held, averaged over intervals: thrust (n, 3) [N] and torque (n, 3) [N m] on the UAV in body
-    axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors), commanded thrusts [N]. For rotors
+    axes, z up; bend_moment (n, bends) [N m²]; rotors (n, rotors), commanded thrusts [N], or motors
+    (n, rotors), the signals of which a thrust curve makes thrusts. For rotors
     with a lag the mean is that of the speed, as the lag acts on it.
     """
+    signals = with_rotors(vehicle, signals, chosen.thrust_curve)
     _check_widths(vehicle, signals)
     times, signals = aligned(signals, HELD, chosen.rate, chosen.window)
     if len(times) < FEWEST_ROWS:

@@ -70,6 +70,7 @@ def read_rosbag(
     rate: float | None = None,
     window: tuple[float, float] | None = None,
     imu_position: ArrayLike = (0.0, 0.0, 0.0),
+    thrust_curve: ArrayLike | str | os.PathLike[str] | None = None,
 ) -> Recording:
     """Read a flight from a ROS 2 bag, for `continuair.identification.fit`.
 
@@ -87,6 +88,9 @@ def read_rosbag(
         Start and end since the bag's start [s]. Default: all.
     imu_position : array_like, shape (3,), optional
         Position of the accelerometer from the UAV's centre of mass, body axes [m].
+    thrust_curve : array_like, shape (n, 2), or path-like, optional
+        Signals of a motor and their thrusts [N], for the role ``motors``; or a CSV file with the
+        columns ``signal`` and ``thrust``. Default: the vehicle's ``thrust_model_factor``.
 
     Returns
     -------
@@ -102,17 +106,18 @@ def read_rosbag(
     -----
     Roles: ``pose`` of the UAV; at least one of ``bend`` [1/m], ``tip`` and ``camera``, poses in the
     same world axes; ``wrench`` on the UAV, body axes; ``bend_moment`` [N m²]; and ``rotors``,
-    thrusts in the vehicle's order [N]. Only bend, bend_moment and rotors take fields. Optional:
+    thrusts in the vehicle's order [N], or ``motors``, their signals, of which the thrust curve
+    makes thrusts. Only bend, bend_moment, rotors and motors take fields. Optional:
     ``velocity`` in world axes [m/s]; ``gyro`` [rad/s] and ``accelerometer`` [m/s²] of an Imu along
     the body axes.
 
     Types: PoseStamped, PoseWithCovarianceStamped, TransformStamped, Odometry (and PointStamped for
-    tip), WrenchStamped, Float64MultiArray, and JointState, with position as bend and effort as
-    bend_moment; for velocity Odometry, whose twist is in body axes, Twist, TwistStamped and
-    TwistWithCovarianceStamped in world axes.
+    tip), WrenchStamped, Float64MultiArray, and JointState, with position as bend, effort as
+    bend_moment and rotors, and velocity as motors; for velocity Odometry, whose twist is in body
+    axes, Twist, TwistStamped and TwistWithCovarianceStamped in world axes.
     """
     named = parse_topics(topics, _ROLES)
-    chosen = choices(rate, window, imu_position)
+    chosen = choices(rate, window, imu_position, thrust_curve)
     checks.installed("rosbags", "logs")
     file = user_path("data", path)
     with of_log(printed(file)):
@@ -382,7 +387,7 @@ def _taken(topic: Topic, numbers: Mapping[str, float], names: Sequence[str]) -> 
     return [numbers[name] for name in names]
 
 
-_NUMBERS = {"bend": "position", "bend_moment": "effort", "rotors": "effort"}
+_NUMBERS = {"bend": "position", "bend_moment": "effort", "rotors": "effort", "motors": "velocity"}
 """Role of numbers -> the attribute that holds them of joints."""
 
 _ROLES = {

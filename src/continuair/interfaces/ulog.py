@@ -20,6 +20,7 @@ from continuair.files import DAMAGE, check_regular, printed, reason, user_path
 from continuair.identification.recording import Recording
 from continuair.interfaces.bounded import check_ulog
 from continuair.interfaces.frames import attitude_from_ned, from_frd, from_ned
+from continuair.interfaces.log_motors import px4_signals
 from continuair.interfaces.log_recording import check_roles, choices, recording
 from continuair.interfaces.log_signals import Signal, signal
 from continuair.interfaces.log_topics import Topic, missing_topic, of_log, parse_topics
@@ -39,6 +40,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
     "torque": _XYZ,
     "bend_moment": (),
     "rotors": (),
+    "motors": (),
     "velocity": ("vx", "vy", "vz"),
     "gyro": _XYZ,
     "accelerometer": _XYZ,
@@ -84,6 +86,7 @@ def read_ulog(
     rate: float | None = None,
     window: tuple[float, float] | None = None,
     imu_position: ArrayLike = (0.0, 0.0, 0.0),
+    thrust_curve: ArrayLike | str | os.PathLike[str] | None = None,
 ) -> Recording:
     """Read a flight from a PX4 log, for `continuair.identification.fit`.
 
@@ -102,6 +105,9 @@ def read_ulog(
         Start and end since the log's start [s]. Default: all.
     imu_position : array_like, shape (3,), optional
         Position of the accelerometer from the UAV's centre of mass, body axes with z up [m].
+    thrust_curve : array_like, shape (n, 2), or path-like, optional
+        Signals of a motor and their thrusts [N], for the role ``motors``; or a CSV file with the
+        columns ``signal`` and ``thrust``. Default: the vehicle's ``thrust_model_factor``.
 
     Returns
     -------
@@ -117,13 +123,15 @@ def read_ulog(
     -----
     Roles: ``bend`` [1/m] or ``tip`` (its position, NED), one of which is required; ``thrust`` and
     ``torque`` on the UAV (FRD), or ``rotors`` (in the vehicle's order), times the value of 1 [N, N
-    m]; ``bend_moment`` [N m²]; ``position`` (NED) and ``attitude`` (NED, FRD), by default PX4's
-    own. Optional: ``velocity`` (NED, vx, vy and vz of vehicle_local_position), ``gyro`` [rad/s]
-    (FRD, of vehicle_angular_velocity or sensor_combined) and ``accelerometer`` [m/s²] (FRD, of
+    m]; or ``motors``, normalised, of which PX4's THR_MDL_FAC in the log makes the motors' signals,
+    and the thrust curve thrusts; ``bend_moment`` [N m²]; ``position`` (NED) and ``attitude`` (NED,
+    FRD), by default PX4's own. Optional: ``velocity`` (NED, vx, vy and vz of
+    vehicle_local_position), ``gyro`` [rad/s] (FRD, of vehicle_angular_velocity or sensor_combined)
+    and ``accelerometer`` [m/s²] (FRD, of
     vehicle_acceleration or sensor_combined).
     """
     named = parse_topics(topics, _FIELDS, _DEFAULT)
-    chosen = choices(rate, window, imu_position)
+    chosen = choices(rate, window, imu_position, thrust_curve)
     checks.installed("pyulog", "logs")
     file = user_path("data", path)
     with of_log(printed(file)):
@@ -133,6 +141,9 @@ def read_ulog(
         names = {_instance_of(each)[0] for each in named.values()}
         log = _log(file, names, cut=window is not None)
         found = {role: _signal(file, log, topic, window) for role, topic in named.items()}
+        if "motors" in found:
+            factor = float(log.initial_parameters.get("THR_MDL_FAC", 0.0))
+            found["motors"] = found["motors"].mapped(lambda rows: px4_signals(rows, factor))
         return recording(printed(file.name), vehicle, found, chosen)
 
 
