@@ -56,8 +56,8 @@ def to_csv(
     -----
     One row per sample up to the flight's end. The first columns are those that `continuair
     identify` reads: time, position, attitude, bends (with a section whose strain varies, the
-    coordinates of all sections, strain_ and their names), and the force, moment and bend moments
-    that acted. All other logged signals follow, with units in the headings.
+    coordinates of all sections, ``strain_`` and their names), and the force, moment and bend
+    moments that acted. All other logged signals follow, with units in the headings.
     """
     motion = motion_of(dataset, vehicle)
     file = new_file("path", path)
