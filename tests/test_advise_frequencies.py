@@ -61,11 +61,11 @@ def test_resonances_of_another_arm_are_tried_and_flown_until_they_have_swollen()
         assert decays > 4.5
 
 
-def test_flights_that_last_alike_are_simulated_together_and_long_enough() -> None:
+def test_flights_that_last_alike_are_simulatedtogether_and_long_enough() -> None:
     places = np.array([0.02, 0.05, 0.06, 0.4, 0.6, 1.7, 2.9])
     periods = np.array([250.0, 0.0, 0.0, 0.0, 0.0, 90.0, 0.0])
     needed = np.maximum(least_periods(places), periods)
-    parts = list(excitations._together("bend", places, Loop("position"), periods))
+    parts = list(excitations.together("bend", places, Loop("position"), periods))
     assert sorted(np.concatenate([at for at, _ in parts])) == list(range(len(places)))
     assert len(parts) < len(places)
     for at, lasting in parts:

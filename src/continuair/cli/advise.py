@@ -63,6 +63,7 @@ def advise(
     With --out, writes a table, JSON and figures (errors; its place on the atlas) to that folder.
     """
     from continuair.controllers.gain_files import load_gains
+    from continuair.vehicle.uncertain import load_uncertain
     from continuair.vehicle.vehicle import load_vehicle
 
     check_json(json)
@@ -70,7 +71,8 @@ def advise(
         refuse_unread(
             "no task tracks; add --task track:M, or leave it out", pixels=pixels, gains=gains
         )
-    loaded, law = load_vehicle(vehicle), load_gains("paper" if gains is None else gains)
+    loaded = load_uncertain(vehicle) or load_vehicle(vehicle)
+    law = load_gains("paper" if gains is None else gains)
     with progress_bar() as progress:
         from continuair.studies.advise import report, study
         from continuair.studies.results import as_json

@@ -87,13 +87,14 @@ class JointFit:
 
     @property
     def uncertainty(self) -> dict[str, object]:
-        """Return the `[uncertainty]` of a vehicle's file: fields and covariance; {} if unknown."""
+        """Return the `[uncertainty]` of a vehicle's file; {} if nothing is known."""
         known = np.flatnonzero(np.isfinite(np.diag(self.covariance)))
         if not len(known):
             return {}
         return {
             "fields": [self.fields[index] for index in known],
             "covariance": self.covariance[np.ix_(known, known)].tolist(),
+            "model_error": max(self.rms.values()),
         }
 
 

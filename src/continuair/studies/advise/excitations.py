@@ -169,7 +169,7 @@ def _errors(
     """
     frequencies = np.asarray(frequencies, float)
     errors: dict[str, Array] = {model: np.empty(len(frequencies)) for model in models}
-    for at, needed in _together(name, frequencies, loop, periods):
+    for at, needed in together(name, frequencies, loop, periods):
         lasting = max(longer * needed, least)
         found = flown_errors(vehicle, name, frequencies[at], loop, lasting, models)
         for model in models:
@@ -177,7 +177,7 @@ def _errors(
     return errors
 
 
-def _together(
+def together(
     name: str, frequencies: Array, loop: Loop, periods: Any = 0.0
 ) -> Iterator[tuple[Array, float]]:
     """Return indices of frequencies (n,) of equal duration, and the duration [clamped periods].
@@ -200,7 +200,7 @@ def _together(
 
 def attribute(vehicle: Vehicle, name: str, loop: Loop = NO_LOOP) -> dict[str, float]:
     """Return the error of the coupled model without one coupling, at the moderate load."""
-    (_, periods), *_rest = _together(name, np.array([MODERATE]), loop)
+    (_, periods), *_rest = together(name, np.array([MODERATE]), loop)
     scenario = excited(vehicle, name, MODERATE, loop, periods)
     found = attribution(vehicle, scenario, *sampling(vehicle, scenario), whole=False)
     return {coupling: float(error_of(found[coupling], vehicle)) for coupling in COUPLINGS}

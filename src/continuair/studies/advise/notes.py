@@ -39,7 +39,27 @@ def notes(results: dict[str, Any]) -> list[str]:
         *_outside(results),
         *_ruled(results),
         *results["tracking_notes"],
+        *_of_the_arm(results),
     ]
+
+
+def _of_the_arm(results: dict[str, Any]) -> list[str]:
+    """Return notes on the error of an uncertain vehicle's own arm, beside that of decoupling."""
+    found = []
+    if "draws" in results and results["tracking"]:
+        found.append("Tracking is that of the medians: drawn vehicles do not fly it.")
+    error = results.get("model_error_m")
+    if error is not None and results["excitations"]:
+        adds = {
+            name: part["models"]["decoupled"]["error"] * results["length_m"]
+            for name, part in results["excitations"].items()
+        }
+        told = ", ".join(f"{1e3 * each:.2g} mm ({name})" for name, each in adds.items())
+        found.append(
+            f"The model of the arm errs by {1e3 * error:.2g} mm, which its fit left over; at the "
+            f"moderate load decoupling adds up to {told}."
+        )
+    return found
 
 
 def _better(results: dict[str, Any]) -> list[str]:

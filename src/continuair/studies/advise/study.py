@@ -8,7 +8,7 @@ angle between the tips [rad].
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -23,6 +23,7 @@ from continuair.kernels.dynamics import SIMPLER
 from continuair.progress import Progress, Steps
 from continuair.scenario.letters import LETTERS
 from continuair.scenario.tracking_task import without_rotors
+from continuair.studies.advise.draws import cautious, draw_all, settle_verdicts
 from continuair.studies.advise.excitations import attribute, compile_all, excite, missed
 from continuair.studies.advise.frequencies import LONGEST, hovering
 from continuair.studies.advise.notes import notes
@@ -33,6 +34,7 @@ from continuair.studies.advise.verdicts import TASKS, cost_verdict, verdict
 from continuair.studies.excited_flights import CYCLES, NO_LOOP, Loop
 from continuair.studies.standard_excitations import PERIODS, standard_scenario
 from continuair.studies.standard_loops import bent_growth, hover_loop
+from continuair.vehicle.uncertain import UncertainVehicle
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
 PIXELS = 0.7
@@ -65,7 +67,7 @@ def chosen_tasks(tasks: Sequence[str]) -> list[str]:
 
 
 def advise(
-    vehicle: Vehicle,
+    vehicle: Vehicle | UncertainVehicle,
     tasks: Sequence[str] = (),
     tolerance: Tolerance = Tolerance(),
     gains: Gains | None = None,
@@ -80,8 +82,9 @@ def advise(
 
     Parameters
     ----------
-    vehicle : Vehicle
-        One vehicle with an arm.
+    vehicle : Vehicle or UncertainVehicle
+        One vehicle with an arm. Of an uncertain one the medians are flown as usual, and 256 draws
+        at the moderate load.
     tasks : sequence of str, optional
         Of "hover", "fast-flight", "contact" and "track:M" (or R, A, L). Default: these four.
     tolerance : Tolerance, optional
@@ -107,7 +110,9 @@ def advise(
         Errors, limits, costs, ``verdicts`` by task and model, and ``verdict``, a sentence; plain
         numbers and texts that JSON can hold. ``cost_verdict`` says that there is no reason to
         decouple where a decoupled step costs what a coupled one does; it is empty elsewhere, and
-        `verdict` begins with it.
+        `verdict` begins with it. Of an uncertain vehicle also ``draws``: errors at the moderate
+        load, and in each verdict ``agree``, the share of the draws that agree with the answer that
+        most of them give; *cannot tell* where it is below 0.95.
 
     Raises
     ------
@@ -121,6 +126,9 @@ def advise(
     slowest motion is, is known only of a `flight_controller`: of others no frequency is tried below
     0.05 of the arm's clamped one, and whether errors settle is told by flights of twice the length.
     """
+    uncertain = vehicle if isinstance(vehicle, UncertainVehicle) else None
+    if isinstance(vehicle, UncertainVehicle):
+        vehicle = vehicle.vehicle
     check_has_arms(check_single_vehicle(vehicle, strain=True))
     chosen, arm = chosen_tasks(tasks), excited_arm(vehicle)
     check_own(controller, chosen, loop, bandwidth, gains)
@@ -128,7 +136,8 @@ def advise(
     held = controller if holds else hover_loop(vehicle, loop, bandwidth)
     names = list(dict.fromkeys(name for task in chosen for name in TASKS.get(task, ())))
     letters = {task: task.split(":")[1] for task in chosen if task not in TASKS}
-    steps = Steps(progress, len(names) + bool(names) + len(letters) + 1)
+    parts = len(names) + bool(names) + len(letters) + 1 + (uncertain is not None)
+    steps = Steps(progress, parts)
     flown = own_loop(vehicle, controller) if controller and holds else Loop(loop, bandwidth)
     clamped = float(arm.frequency) / (2.0 * np.pi)
     excitations = _excitations(vehicle, names, tolerance.tip, flown, steps)
@@ -167,7 +176,16 @@ def advise(
         "step_over_coupled": cost,
         "curvature_error": curvature_error(vehicle) if vehicle.is_one_arc else {},
     }
-    found = {task: {m: verdict(results, task, m) for m in SIMPLER} for task in chosen}
+    judged = results
+    if uncertain is not None:
+        steps.begin("drawn vehicles")
+        loop_of_medians = replace(flown, held=held)
+        draws = draw_all(uncertain, loop_of_medians, tolerance.tip, excitations)
+        results |= {"draws": draws, "model_error_m": uncertain.model_error}
+        judged = results | {"excitations": cautious(excitations, draws)}
+    found = {task: {m: verdict(judged, task, m) for m in SIMPLER} for task in chosen}
+    if uncertain is not None:
+        settle_verdicts(found, results["draws"])
     sentence = "; ".join(f"{task}: {of['decoupled']['text']}" for task, of in found.items())
     first = cost_verdict(cost)
     results |= {"cost_verdict": first, "verdicts": found}
