@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from scipy.optimize import least_squares
 
 from continuair.analysis.backbone import along_at
@@ -40,6 +41,7 @@ _KEPT_SMALL = 1e-3
 _CHANGE = 1e-4
 """Change of a start for differences, where 1 bends the arm by about a radian."""
 
+_PRECISION = 1e-5
 _STEPS = 2
 """Gauss-Newton steps to the start of a motion."""
 
@@ -120,7 +122,7 @@ class Clamped:
         free = unknowns // 2 if self.resting else unknowns
         changes = np.vstack([np.zeros(unknowns), _CHANGE * np.eye(unknowns)[:free]]) / size
         rows = (starts + changes[:, None]).reshape(-1, unknowns)
-        found = self._fly(vehicle, rows, samples).reshape(1 + free, motions, -1)
+        found = self.markers_from(vehicle, rows, samples).reshape(1 + free, motions, -1)
         slopes = np.moveaxis((found[1:] - found[0]) / _CHANGE, 0, -1)
         return _Slopes(starts, found[0], slopes, size)
 
@@ -128,30 +130,39 @@ class Clamped:
         """Return the markers (runs, motions, samples, markers, 3) of a batch, from starts."""
         runs, motions = vehicles.runs or 1, len(starts)
         each = take(vehicles, np.repeat(np.arange(runs), motions))
-        found = self._fly(each, np.tile(starts, (runs, 1)), samples)
+        found = self.markers_from(each, np.tile(starts, (runs, 1)), samples)
         return found.reshape(runs, motions, *found.shape[1:])
 
-    def _fly(self, vehicle: Vehicle, starts: Array, samples: int) -> Array:
-        """Return the markers (runs, samples, markers, 3) of arms let go, from starts, a row each.
+    def markers_from(self, vehicle: Vehicle, starts: Array, samples: int | None = None) -> Array:
+        """Return the markers (runs, samples, markers, 3) of arms in body axes [m].
 
         Parameters
         ----------
         vehicle : Vehicle
-            One vehicle for all rows, or a batch of as many.
+            One vehicle for all runs, or a batch of as many.
+        starts : ndarray, shape (runs, 2 coordinates)
+            Coordinates at the start, then their rates.
+        samples : int, optional
+            Number of samples. Default: those of the longest motion.
         """
-        bend, rates = np.split(starts, 2, axis=1)
-        bends = self.coordinates(vehicle, bend, rates, samples)
+        samples = samples or self.samples
+        name = "strain" if vehicle.layout.strains else "bend"
+        flight = self.flight(vehicle, starts, samples, [name])
+        bends = flight[name].to_numpy().reshape(len(starts), samples, -1)
         return _markers(vehicle, np.asarray(self.bench.markers), bends)
 
-    def coordinates(self, vehicle: Vehicle, bend: Array, rates: Array, samples: int) -> Array:
-        """Return coordinates (runs, samples, n) of arms from those at the start and their rates.
+    def flight(
+        self, vehicle: Vehicle, starts: Array, samples: int, variables: list[str]
+    ) -> xr.Dataset:
+        """Return variables of flights in which arms move from starts (runs, 2 coordinates).
 
         In a decoupled flight the arm moves as if clamped while the UAV stands still, which it does
         with all weight carried and a mass and an inertia that nothing moves.
         """
         with untold():
             vehicle = vehicle.replace({"uav.mass": _UNMOVED, "uav.inertia": 3 * [_UNMOVED]})
-        layout, runs = vehicle.layout, len(bend)
+        layout, runs = vehicle.layout, len(starts)
+        bend, rates = np.split(starts, 2, axis=1)
         state = np.zeros((runs, layout.state))
         state[:, layout.attitude] = 0.0, 0.0, 0.0, 1.0
         state[:, layout.bend], state[:, layout.bend_rate] = bend, rates
@@ -170,13 +181,14 @@ class Clamped:
             **_still(vehicle),
             **self.inputs,
         )
-        name = "strain" if layout.strains else "bend"
-        sample = 1.0 / self.rate
-        flight = simulate(
-            vehicle, scenario, model="decoupled", sample=sample, rtol=1e-5, variables=[name]
+        return simulate(
+            vehicle,
+            scenario,
+            model="decoupled",
+            sample=1.0 / self.rate,
+            rtol=_PRECISION,
+            variables=variables,
         )
-        found: Array = flight[name].to_numpy().reshape(runs, samples, -1)
-        return found
 
 
 @dataclass(frozen=True)
