@@ -63,7 +63,7 @@ class Clamped:
     resting : bool
         Whether the arm starts at rest.
     inputs : dict
-        Further arguments of the scenario: commands of tendons.
+        Further arguments of the scenario, such as commands of tendons, held between samples.
     """
 
     motions: tuple[Array, ...]
@@ -178,6 +178,7 @@ class Clamped:
             duration=(samples - 1) / self.rate,
             gravity=GRAVITY,
             payload=Payload(mass=self.payload, centre=centre) if self.payload else None,
+            jumps=tuple((np.arange(1, samples - 1) / self.rate).tolist()) if self.inputs else (),
             **_still(vehicle),
             **self.inputs,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -16,6 +17,7 @@ from continuair.identification import robust
 from continuair.identification.fields import Fitted, fitted_fields
 from continuair.progress import Progress
 from continuair.typing import Array
+from continuair.vehicle.runs import pick
 from continuair.vehicle.vehicle import Vehicle
 
 SCAN = 64
@@ -130,7 +132,7 @@ def fit_jointly(
     vehicle : Vehicle
         Vehicle with initial values.
     measurements : sequence of Measurement
-        `Releases`, `StaticPoses`, or objects of the same methods.
+        `Releases`, `DrivenMotion`, or objects of the same methods.
     fields : sequence of str
         Dotted names of the fields that all recordings share.
     own : sequence of str, default ()
@@ -231,10 +233,27 @@ class _Problem:
         for index, measured in enumerate(self.measured):
             vehicles, valid = self.of.vehicle(self._rows_of(index, rows))
             there = np.isfinite(measured)
-            each = np.where(there, self._predict[index](vehicles) - measured, 0.0)
+            each = np.where(there, self._predicted(index, vehicles) - measured, 0.0)
             each[~valid] = np.nan
             found.append(each.reshape(len(rows), len(measured), -1))
         return found
+
+    def _predicted(self, index: int, vehicles: Vehicle) -> Array:
+        """Return what vehicles predict of a recording, NaN for one that cannot start.
+
+        Raises InputError if none can start, for instance as all tendons are slack.
+        """
+        predict, runs = self._predict[index], vehicles.runs or 1
+        try:
+            return predict(vehicles)
+        except InputError as error:
+            found = np.full((runs, *self.measured[index].shape), np.nan)
+            for run in range(runs):
+                with suppress(InputError):
+                    found[run] = predict(pick(vehicles, run))[0]
+            if np.isnan(found).all():
+                raise error from None
+            return found
 
     def residuals(self, rows: Array) -> Array:
         """Return weighted residuals (runs, n), large ones where a vehicle fails."""
@@ -333,7 +352,8 @@ class _Problem:
     def covariance(self, row: Array) -> tuple[Array, float, tuple[dict[str, float], ...]]:
         """Return the covariance of the unknowns, its degrees of freedom, and free combinations."""
         r, J = self.linearised(row)
-        size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+        size = np.linalg.norm(J, axis=0)
+        size[size == 0.0] = 1.0
         _, singular, V = np.linalg.svd(J / size, full_matrices=False)
         null = singular < _NULL * singular[0]
         each = zip(self.left(row), self.measured, strict=True)

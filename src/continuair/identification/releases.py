@@ -21,7 +21,7 @@ from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import warn
 
-_LONGER = 1.05
+LONGER = 1.05
 """Distance of a marker from the base, over its distance along the arm, that is no measurement."""
 
 _JUMP = 5.0
@@ -203,7 +203,7 @@ def _problem(motion: Array, bench: Bench) -> str:
     if not np.isfinite(motion).all():
         return "has gaps"
     away = np.linalg.norm(motion - np.asarray(bench.base), axis=-1)
-    if (away > _LONGER * np.asarray(bench.markers)).any():
+    if (away > LONGER * np.asarray(bench.markers)).any():
         return "has a marker farther from the base than along the arm"
     steps = np.linalg.norm(np.diff(motion, axis=0), axis=-1)
     if len(steps) and (steps.max(axis=0) > _JUMP * np.percentile(steps, 95, axis=0)).any():
