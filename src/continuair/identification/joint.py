@@ -43,17 +43,42 @@ _NULL = 1e-6
 class Measurement(Protocol):
     """A recording that a vehicle can be fitted to."""
 
+    # A Protocol's own signature, (*args, **kwargs), is none to document.
+    def __init__(self) -> None: ...
+
     @property
     def name(self) -> str:
         """Return where it comes from, for messages."""
         ...
 
     def measured(self, vehicle: Vehicle) -> Array:
-        """Return what was measured (groups, ...) [m], NaN where nothing was."""
+        """Return what was measured.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            One vehicle.
+
+        Returns
+        -------
+        ndarray, shape (groups, ...)
+            Values [m], NaN where nothing was measured. Groups, such as releases, are independent.
+        """
         ...
 
     def predictor(self, vehicle: Vehicle) -> Callable[[Vehicle], Array]:
-        """Return the function from vehicles like the given one to (runs, groups, ...) [m]."""
+        """Return the function that predicts what was measured.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            One vehicle.
+
+        Returns
+        -------
+        callable
+            From vehicles like this one to values (runs, groups, ...) [m].
+        """
         ...
 
 

@@ -92,8 +92,10 @@ class Releases(Immutable):
 
         Returns
         -------
-        coordinates, rates : ndarray, shape (releases, coordinates)
-            Bend vectors of arcs [1/m, 1/(m s)], and the coordinates of other sections.
+        coordinates : ndarray, shape (releases, coordinates)
+            Bend vectors of arcs [1/m], and the coordinates of other sections.
+        rates : ndarray, shape (releases, coordinates)
+            Their rates [1/(m s)].
         """
         coordinates, rates = np.split(self._clamped.starts(vehicle), 2, axis=1)
         return coordinates, rates
