@@ -98,7 +98,7 @@ class Replay:
 
     @property
     def _settled(self) -> Array:
-        """Speeds (1, rotors), over the largest, of the first row's commands; then tendons' states."""
+        """Speeds (1, rotors), over the largest, of the first row's commands; states of tendons."""
         return self._flown.start.states[:, self.layout.state :]
 
     @property
