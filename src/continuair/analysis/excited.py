@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 from continuair.controllers.inertias import bend_inertia
-from continuair.sections import of_coordinates
+from continuair.sections import of_pairs
 from continuair.typing import Array
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
@@ -126,8 +126,8 @@ def _lowest_mode(vehicle: Vehicle, places: range) -> tuple[float, float]:
     """Return frequency [rad/s] and damping ratio of the lowest clamped mode of some sections."""
     layout = vehicle.layout
     of_arm = np.concatenate([np.arange(layout.bends)[layout.of_section[k]] for k in places])
-    stiffness = np.diag(of_coordinates(vehicle, "stiffness")[0, of_arm])
-    damping = np.diag(of_coordinates(vehicle, "damping")[0, of_arm])
+    stiffness = of_pairs(vehicle, "stiffness")[0][np.ix_(of_arm, of_arm)]
+    damping = of_pairs(vehicle, "damping")[0][np.ix_(of_arm, of_arm)]
     squares, shapes = eigh(stiffness, bend_inertia(vehicle)[np.ix_(of_arm, of_arm)])
     frequency, shape = float(np.sqrt(squares[0])), shapes[:, 0]
     return frequency, float(shape @ damping @ shape) / (2.0 * frequency)

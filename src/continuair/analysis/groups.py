@@ -65,7 +65,7 @@ def place(vehicle: Vehicle, gravity: float = GRAVITY) -> dict[str, Any]:
         "coupling": coupling(vehicle),
     }
     if arm.given_radius is not None:
-        found["slenderness"] = np.asarray(arm.radius) / arm.length
+        found["slenderness"] = np.asarray(arm.mean_radius) / arm.length
     return found if vehicle.runs else {name: float(np.squeeze(v)) for name, v in found.items()}
 
 

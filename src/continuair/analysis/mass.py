@@ -122,9 +122,15 @@ def _slices(vehicle: Vehicle) -> list[tuple[Any, Any, Any, Any]]:
     arm = vehicle.arm
     parts = arm.backbone_mass, arm.transverse_inertia_per_length, arm.axial_inertia_per_length
     mass, transverse, axial = parts[0], parts[1] * arm.length, parts[2] * arm.length
+    masses, inertias = arm.mass_shares((1.0 + np.array(_NODES)) / 2.0)
     backbone = [
-        (mass * w / 2, arm.length * (1 + x) / 2, transverse * w / 2, axial * w / 2)
-        for x, w in zip(_NODES, _WEIGHTS, strict=True)
+        (
+            mass * (w / 2 * masses[..., k]),
+            arm.length * (1 + x) / 2,
+            transverse * (w / 2 * inertias[..., k]),
+            axial * (w / 2 * inertias[..., k]),
+        )
+        for k, (x, w) in enumerate(zip(_NODES, _WEIGHTS, strict=True))
     ]
     disks = [
         (disk.mass, disk.position, disk.transverse_inertia, disk.axial_inertia)

@@ -15,7 +15,7 @@ from continuair.analysis.vibration import Vibration, real_shapes, vibration
 from continuair.engine.engine import Engine
 from continuair.flight.frequencies import bend_compliance
 from continuair.flight.holding import holding
-from continuair.sections import of_coordinates
+from continuair.sections import of_pairs
 from continuair.typing import Array, ArrayLike, Model
 from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
 
@@ -111,7 +111,7 @@ def _bending(vehicle: Vehicle, at: Array, free: bool, gravity: float) -> tuple[V
     A, _ = linearize(vehicle, at, bend_moment=held, model=model, gravity=acting)
     n = len(A) // 2
     base_rate, bend, rate = slice(n, n + 6), slice(6, n), slice(n + 6, 2 * n)
-    damping = bend_compliance(Engine(vehicle, model), at)[0] * _dampings(vehicle)
+    damping = bend_compliance(Engine(vehicle, model), at)[0] @ of_pairs(vehicle, "damping")[0]
     found = vibration(-A[rate, bend], damping, _first(vehicle), at)
     if not free:
         return found, found.shapes
@@ -131,7 +131,7 @@ def _hovering(vehicle: Vehicle, at: Array, gravity: float) -> tuple[Vibration, A
     # the shapes.
     adrift, resisted = _split(_attitude(at), n)
     K = -A[n:, :n] @ resisted
-    D = B[n:, layout.bend_moment] * _dampings(vehicle) @ resisted[6:]
+    D = B[n:, layout.bend_moment] @ of_pairs(vehicle, "damping")[0] @ resisted[6:]
     found = vibration(resisted.T @ K, resisted.T @ D, _first(vehicle), at)
     drifts = adrift.T @ (K @ found.shapes / found.roots**2 + D @ found.shapes / found.roots)
     return found, resisted @ found.shapes - adrift @ drifts
@@ -161,8 +161,3 @@ def _first(vehicle: Vehicle) -> Array:
         (2.0 if component == 0 else 1.0) - index / bends
         for index, part in sections for component, _ in part.orders.coordinates
     ])  # fmt: skip
-
-
-def _dampings(vehicle: Vehicle) -> Array:
-    """Return the damping (bends,) of each bend: generalised force per bend rate."""
-    return of_coordinates(vehicle, "damping")[0]

@@ -29,7 +29,7 @@ from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.guidance import guidance_code
 from continuair.kernels.sensing.sense import LawCode
 from continuair.typing import ArrayLike
-from continuair.vehicle.bending import check_bend
+from continuair.vehicle.bending import check_bend, check_uniform
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _NOISE = ("position", "velocity", "attitude", "gyro")
@@ -175,6 +175,8 @@ def flight_controller(
         "yaw": _bandwidth("yaw_bandwidth", yaw_bandwidth),
         "bend": _bend_bandwidth(bend_bandwidth, vehicle.sections),
     }
+    servos = np.ones(vehicle.sections) if given["bend"] is None else given["bend"]
+    check_uniform("bend_bandwidth", servos > 0.0, vehicle)
     limits = _limits(vehicle, tilt, thrust, moment, speed, bend_moment, bend_speed)
     design = Design(vehicle, given, (ratio, share), limits, feedforward, (period, late, lag), bends)
     bandwidths, gains, margin = design.found()

@@ -21,7 +21,7 @@ from continuair.errors import InputError, shown
 from continuair.kernels.sensing.sense import LawCode, gains_of
 from continuair.sections import of_coordinates
 from continuair.typing import ArrayLike
-from continuair.vehicle.bending import check_bend
+from continuair.vehicle.bending import check_bend, check_uniform
 from continuair.vehicle.vehicle import Vehicle, check_single_vehicle
 
 _NO_LIMIT = 1e30
@@ -100,6 +100,7 @@ def hold(
             f"is {shown(bend)}, but bend_rate {shown(bend_rate)} leaves sections of it free",
             "give a rate above 0 [rad/s], or zeros for these",
         )
+    check_uniform("bend_rate", held, vehicle)
     plant = {
         "mass": vehicle.mass,
         "inertia": rigid_inertia(vehicle)[3:, 3:],

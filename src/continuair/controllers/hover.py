@@ -9,7 +9,7 @@ import numpy as np
 
 from continuair.equations.kinematics import skew
 from continuair.equations.level import level_height, level_inertia
-from continuair.sections import of_coordinates
+from continuair.sections import of_coordinates, of_pairs
 from continuair.vehicle.vehicle import Vehicle
 
 Array = np.ndarray
@@ -74,13 +74,14 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
     n, mass = len(M) - 6, float(M[0, 0])
     off = -M[:3, 3:6]
     H = np.array([off[2, 1], off[0, 2], off[1, 0]])
-    stiffness, damping = (of_coordinates(vehicle, name)[0] for name in ("stiffness", "damping"))
+    stiffness, damping = of_pairs(vehicle, "stiffness")[0], of_pairs(vehicle, "damping")[0]
     weight = gravity * _height_slopes(vehicle, held)
     K = np.zeros((6 + n, 6 + n))
     # A bend moves the centre of mass by F b, on which the thrust turns the vehicle.
     K[3:6, 6:] = -gravity * skew(_UP) @ M[:3, 6:]
-    K[6:, 6:] = np.diag(stiffness) + weight
-    D = np.diag(np.concatenate([np.zeros(6), damping]))
+    K[6:, 6:] = stiffness + weight
+    D = np.zeros((6 + n, 6 + n))
+    D[6:, 6:] = damping
     pushed = np.zeros((6 + n, 4 + n))
     pushed[:2, :4], pushed[2, 0] = _sideways(vehicle), 1.0
     pushed[3:, 1:] = np.eye(3 + n)
@@ -91,7 +92,8 @@ def hover(vehicle: Vehicle, gravity: float, bend: tuple[float, ...] | None = Non
     A[6 + n : 9 + n, 3:6] -= gravity * skew(_UP)
     B[6 + n :] = np.linalg.solve(M, pushed)
     inertia = M[3:6, 3:6] + skew(H) @ skew(H) / mass
-    return Hover(mass, gravity, inertia, H, M, stiffness, damping, weight, A, B)
+    each = np.diag(stiffness), np.diag(damping)
+    return Hover(mass, gravity, inertia, H, M, *each, weight, A, B)
 
 
 def _sideways(vehicle: Vehicle) -> Array:
@@ -110,12 +112,12 @@ def resting(vehicle: Vehicle, gravity: float, free: Array) -> tuple[float, ...]:
 
     The others are held straight. All are straight if no stable equilibrium is found.
     """
-    stiffness, moving = of_coordinates(vehicle, "stiffness")[0], vehicle.layout.per_coordinate(free)
+    stiffness, moving = of_pairs(vehicle, "stiffness")[0], vehicle.layout.per_coordinate(free)
     lengths = 1.0 / of_coordinates(vehicle, "natural")[0]
     bend = np.zeros(len(lengths))
     for _ in range(_MOST_TRIES if free.any() else 0):
-        pull = stiffness * bend + gravity * _height_slope(vehicle, bend)
-        stiff = np.diag(stiffness) + gravity * _height_slopes(vehicle, bend)
+        pull = stiffness @ bend + gravity * _height_slope(vehicle, bend)
+        stiff = stiffness + gravity * _height_slopes(vehicle, bend)
         curvatures, axes = np.linalg.eigh(stiff[np.ix_(moving, moving)])
         # Downhill where the weight overcomes the stiffness, too.
         along = axes.T @ pull[moving] / np.maximum(np.abs(curvatures), 1e-9 * stiffness.max())

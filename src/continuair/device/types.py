@@ -74,6 +74,16 @@ class Tree:
         return self._all_kinds[section]
 
     @property
+    def couples(self) -> tuple[tuple[int, int], ...]:
+        """Return the pairs of coordinates, among all, between which elastic forces act."""
+        firsts = (where.start for where in self.layout.of_section)
+        return tuple(
+            (first + j, first + k)
+            for first, kind in zip(firsts, self._all_kinds, strict=True)
+            for j, k in kind.couples
+        )
+
+    @property
     def first_row(self) -> tuple[int, ...]:
         """Return the first row of each section in the table of coefficients, and their number.
 
@@ -221,6 +231,9 @@ def device_types(numbers: Numbers, tree: Tree) -> Types:
         body_inertia: Matrices
         omitted: vec3
 
+    if tree.couples:
+        Pairs = wp.types.vector(len(tree.couples), Real)
+        Plant.__annotations__ |= {"stiffness_between": Pairs, "damping_between": Pairs}
     for section in range(sections):
         for name in tree.kind_of(section).parameters:
             Plant.__annotations__[name] = PerSection

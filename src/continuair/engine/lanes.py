@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import warp as wp
@@ -25,7 +25,7 @@ def struct_rows(rows: Array, Struct: Any, lanes: int, device: str) -> Any:
     return wp.array(numbers, dtype=getattr(wp, number.name), device=device)
 
 
-def structs(rows: Array, Struct: Any, device: str) -> Any:
+def structs(rows: Array, Struct: object, device: str) -> object:
     """Copy contiguous structured rows to a device.
 
     Parameters
@@ -47,8 +47,11 @@ def structs(rows: Array, Struct: Any, device: str) -> Any:
     The rows' address is given and not the rows: for those, Warp has NumPy read its type anew from a
     text, whose parser fails now and then where several threads use it at once (CPython 106905).
     """
-    source: Any = wp.array(ptr=rows.ctypes.data, dtype=Struct, shape=rows.shape, device="cpu")
-    return wp.clone(source, device=device)
+    source: Any = wp.array(
+        ptr=rows.ctypes.data, dtype=cast("Any", Struct), shape=rows.shape, device="cpu"
+    )
+    copy: object = wp.clone(source, device=device)
+    return copy
 
 
 def table_rows(table: Array, Row: Any, lanes: int, device: str) -> Any:

@@ -116,6 +116,7 @@ def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
     if not arms:
         plants["mount"][:, 0] = per_run(uav.mount, runs, 3)
         plants["mount_attitude"][:, 0] = 0.0, 0.0, 0.0, 1.0
+    _pack_couples(plants, vehicle)
     pack_terms(plants, vehicle)
     return plants
 
@@ -164,6 +165,20 @@ def _pack_sections(plants: Array, layout: Layout, first: int, arm: ArmChain, who
         for name, values in (columns | kind.pack(section, runs)).items():
             plants[name][:, where] = values
         beyond, reach = beyond + mass, reach + length
+
+
+def _pack_couples(plants: Array, vehicle: Vehicle) -> None:
+    """Pack stiffness and damping between the pairs of coordinates of all sections."""
+    runs, first = len(plants), 0
+    for section in (section for arm in vehicle.arms for section in arm.section):
+        kind = kind_of(section)
+        if not kind.couples:
+            continue
+        unit, (one, other) = kind.units(section, runs), np.array(kind.couples).T
+        values = kind.between(section, runs)
+        for name, each in zip(("stiffness_between", "damping_between"), values, strict=True):
+            plants[name][:, first : first + len(one)] = each / (unit[:, one] * unit[:, other])
+        first += len(one)
 
 
 def natural_units(vehicle: Vehicle, layout: Layout, runs: int) -> Array:

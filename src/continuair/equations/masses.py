@@ -186,13 +186,14 @@ def slices(section: Section, nodes: int) -> tuple[Array, Array, Array, Array]:
     """
     x, weight = _gauss_nodes(nodes)
     ds = 0.5 * section.length * weight
+    masses, inertias = section.mass_shares(0.5 * (1.0 + x))
     rows = [
         np.column_stack(
             [
                 0.5 * section.length * (1.0 + x),
-                section.mass_per_length * ds,
-                section.transverse_inertia_per_length * ds,
-                section.axial_inertia_per_length * ds,
+                section.mass_per_length * masses * ds,
+                section.transverse_inertia_per_length * inertias * ds,
+                section.axial_inertia_per_length * inertias * ds,
             ]
         )
     ]

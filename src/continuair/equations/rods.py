@@ -15,10 +15,14 @@ from continuair.equations.level import level_inertia
 from continuair.equations.regular import checked_rotation, spin_rate
 from continuair.equations.turns import euler_angles
 from continuair.typing import ArrayLike
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 
 _FAR = 0.02
 """Step of the differences [rad], and for the sections in parts of their natural units."""
+
+_GAUSS = 8
+"""Nodes along a section at which its stiffness is taken."""
 
 _WEIGHTS = np.array([-1.0, 9.0, -45.0, 45.0, -9.0, 1.0]) / 60.0
 _PLACES = np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 3.0])
@@ -110,7 +114,7 @@ def rod_accelerations(
     C = 0.5 * np.einsum("kij,k->ij", slopes, qd)
     C += 0.5 * np.einsum("jik,k->ij", slopes - slopes.transpose(1, 0, 2), qd)
     kept, stiff = masked(mask, len(q)), _stiffness(vehicle)
-    pushed = np.concatenate([F, T.T @ R @ N, Q - stiff[0] * b - stiff[1] * b_rate])
+    pushed = np.concatenate([F, T.T @ R @ N, Q - stiff[0] @ b - stiff[1] @ b_rate])
     qdd = np.linalg.solve(kept * M, pushed - (kept * C) @ qd - G)
     return qdd[:3], spin_rate(q, qd, qdd), qdd[6:]
 
@@ -154,10 +158,29 @@ def _natural(vehicle: Vehicle) -> Array:
 
 
 def _stiffness(vehicle: Vehicle) -> Array:
-    """Return stiffness and damping of each coordinate (2, n): ∫ of the squares of polynomials."""
-    found = []
+    """Return the matrices of stiffness and damping (2, n, n): ∫ k P_p P_q ds of a stiffness k."""
+    found, first = np.zeros((2, vehicle.layout.bends, vehicle.layout.bends)), 0
+    x, weights = np.polynomial.legendre.leggauss(_GAUSS)
     for part in (part for arm in vehicle.arms for part in arm.section):
-        for component, order in part.orders.coordinates:
-            stiff = part.rigidities()[component] * part.length / (2 * order + 1)
-            found.append((stiff, stiff * part.structural_damping / part.bending_stiffness))
-    return np.array(found).reshape(-1, 2).T
+        time = part.structural_damping / part.bending_stiffness
+        for j, (component, order) in enumerate(part.orders.coordinates):
+            for k, (other, power) in enumerate(part.orders.coordinates):
+                if component == other:
+                    values = np.polynomial.legendre.legval(x, np.eye(6)[[order, power]].T)
+                    along = weights * _rigidity(part, component, 0.5 * (1.0 + x))
+                    stiff = 0.5 * part.length * float(along @ values.prod(0))
+                    found[:, first + j, first + k] = stiff, stiff * time
+        first += part.coordinates
+    return found
+
+
+def _rigidity(part: Section, component: int, shares: Array) -> Array:
+    """Return the stiffness of a component of the strain at shares of the length."""
+    if not part.tapered:
+        return np.full(len(shares), part.rigidities()[component])
+    base, tip = part.radii()
+    r = base + (tip - base) * shares
+    modulus, bulk = part.youngs_modulus, 2.0 * (1.0 + (part.poisson_ratio or 0.0))
+    twisted = np.pi / 2.0 * modulus / bulk * r**4
+    bent, pulled, sheared = np.pi / 4.0 * modulus * r**4, np.pi * modulus * r**2, np.pi * r**2
+    return np.asarray((bent, bent, twisted, pulled, *2 * (modulus / bulk * sheared,))[component])

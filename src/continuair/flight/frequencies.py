@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair.engine.engine import Drive, Engine, Start
-from continuair.sections import of_coordinates
+from continuair.sections import of_coordinates, of_pairs
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.coordinates import branches_of, state_from_paper
 from continuair.vehicle.layout import GENERAL
@@ -27,8 +27,7 @@ def bend_compliance(engine: Engine, q: ArrayLike) -> Array:
 
 def fastest_frequency(engine: Engine, q: ArrayLike) -> Array:
     """Return ω_max (runs,) [rad/s] of the pencil (K, M) at q: the largest √eig([M⁻¹]_bend K)."""
-    stiffness, _ = _of_bends(engine)
-    return np.sqrt(_largest(_symmetric(bend_compliance(engine, q), stiffness)))
+    return np.sqrt(_largest(_symmetric(engine, bend_compliance(engine, q))))
 
 
 def fastest_rate(engine: Engine, q: ArrayLike) -> Array:
@@ -41,7 +40,7 @@ def fastest_rate(engine: Engine, q: ArrayLike) -> Array:
     rows = np.atleast_2d(np.asarray(q))
     compliance = _compliance(engine, rows.reshape(-1, *rows.shape[-2:]))
     stiffness, damping = _of_bends(engine)
-    rates = _fastest(_symmetric(compliance, stiffness), damping / stiffness)
+    rates = _fastest(_symmetric(engine, compliance), damping / stiffness)
     largest: Array = np.fmax.reduce(rates)
     return largest
 
@@ -55,7 +54,7 @@ def first_frequency(engine: Engine, q: ArrayLike) -> Array:
         return np.zeros(len(engine.plants))
     rows = np.atleast_2d(np.asarray(q))
     compliance = _compliance(engine, rows.reshape(-1, *rows.shape[-2:]))
-    squares, found = _symmetric(compliance, _of_bends(engine)[0]), []
+    squares, found = _symmetric(engine, compliance), []
     for of_arm in engine.layout.of_arm:
         found.append(_eigenvalues(squares[..., of_arm, of_arm])[..., 1])
     largest: Array = np.fmax.reduce(np.sqrt(np.max(found, axis=0)))
@@ -96,10 +95,19 @@ def _of_bends(engine: Engine) -> tuple[Array, Array]:
     return stiffness, of_coordinates(engine.vehicle, "damping", runs)
 
 
-def _symmetric(compliance: Array, stiffness: Array) -> Array:
-    """Return √K [M⁻¹]_bend √K (..., bends, bends) [1/s²], symmetric; its eigenvalues are ω²."""
-    root = np.sqrt(stiffness)
-    found: Array = root[:, :, None] * compliance * root[:, None, :]
+def _symmetric(engine: Engine, compliance: Array) -> Array:
+    """Return √K [M⁻¹]_bend √K (..., bends, bends) [1/s²], symmetric; its eigenvalues are ω².
+
+    With elastic forces between coordinates √K is a triangular factor of K. Damping over stiffness
+    is the same for all coordinates that they couple, so that it commutes with the factor.
+    """
+    found: Array
+    if engine.tree.couples:
+        root = np.linalg.cholesky(of_pairs(engine.vehicle, "stiffness", len(engine.plants)))
+        found = root.swapaxes(-1, -2) @ compliance @ root
+    else:
+        root = np.sqrt(_of_bends(engine)[0])
+        found = root[:, :, None] * compliance * root[:, None, :]
     return 0.5 * (found + found.swapaxes(-1, -2))
 
 

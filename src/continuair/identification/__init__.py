@@ -4,7 +4,8 @@ from continuair.identification.bench import Bench, load_bench
 from continuair.identification.decay import Decay, decay_of, onset
 from continuair.identification.driven import DrivenMotion, load_driven
 from continuair.identification.fitting import Fit, fit
-from continuair.identification.joint import JointFit, Measurement, fit_jointly
+from continuair.identification.joint import JointFit, fit_jointly
+from continuair.identification.poses import Marker, StaticPoses, load_poses
 from continuair.identification.recording import Recording, load_recording
 from continuair.identification.releases import Releases, load_releases
 from continuair.identification.validation import ReleaseValidation, validate_releases
@@ -15,15 +16,17 @@ __all__ = [
     "DrivenMotion",
     "Fit",
     "JointFit",
-    "Measurement",
+    "Marker",
     "Recording",
     "ReleaseValidation",
     "Releases",
+    "StaticPoses",
     "decay_of",
     "fit",
     "fit_jointly",
     "load_bench",
     "load_driven",
+    "load_poses",
     "load_recording",
     "load_releases",
     "onset",

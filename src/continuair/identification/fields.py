@@ -201,7 +201,8 @@ def _of_arm(path: str, arm: ArmChain) -> dict[str, float | None]:
 
 def _of_section(path: str, section: Section) -> dict[str, float | None]:
     """Return the fields of a section and its disks."""
-    own = _SECTION + (_ROD if section.given_radius is not None else ())
+    rod = ("density", "youngs_modulus") if section.tapered else _ROD
+    own = _SECTION + (rod if section.given_radius is not None else ())
     found: dict[str, float | None] = {f"{path}.{name}": getattr(section, name) for name in own}
     for index, disk in enumerate(section.disks):
         found[f"{path}.disks.{index}.position"] = disk.position

@@ -157,7 +157,8 @@ def fit_jointly(
     vehicle : Vehicle
         Vehicle with initial values.
     measurements : sequence of Measurement
-        `Releases`, `DrivenMotion`, or objects of the same methods.
+        `Releases`, `DrivenMotion`, `StaticPoses`, or objects with their `name`, `measured` and
+        `predictor`.
     fields : sequence of str
         Dotted names of the fields that all recordings share.
     own : sequence of str, default ()

@@ -95,7 +95,7 @@ class Releases(Immutable):
         coordinates : ndarray, shape (releases, coordinates)
             Bend vectors of arcs [1/m], and the coordinates of other sections.
         rates : ndarray, shape (releases, coordinates)
-            Their rates [1/(m s)].
+            Their rates [per s].
         """
         coordinates, rates = np.split(self._clamped.starts(vehicle), 2, axis=1)
         return coordinates, rates

@@ -36,8 +36,9 @@ def equal_box(mass: float, inertia: Any) -> Box:
 
 
 def radius_of(section: Section) -> float:
-    """Return the radius of a backbone [m]."""
-    return section.given_radius or _SLENDER * section.length
+    """Return the radius of a backbone [m], the mean of a tapered one."""
+    none = section.given_radius is None
+    return _SLENDER * section.length if none else float(section.mean_radius)
 
 
 def disk_radius(disk: Disk, section: Section) -> float:

@@ -22,6 +22,7 @@ from continuair.device.numbers import Numbers
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.arm.rigid import rigid_code
+from continuair.kernels.elastic import elastic_code
 from continuair.kernels.elimination import elimination_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.term_sum import acting_code
@@ -87,7 +88,8 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
     freezes, partly = model == "independent", model == PARTLY_COUPLED
     bias, couples = bias_of(model), partly or model == "coupled"
     chain, solved = chain_code(numbers, tree, bias), elimination_code(numbers, tree)
-    loads = acting_code(numbers, tree, frozen_arm=freezes)
+    loads, elastic = acting_code(numbers, tree, frozen_arm=freezes), elastic_code(numbers, tree)
+    between, coupled_springs = elastic.between, elastic.pairs > 0
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     Bends, Along = types.Bends, types.Along
     vec3, quat, Flight, Load = types.vec3, types.quat, structs.Flight, loads.Load
@@ -111,6 +113,8 @@ def dynamics_code(numbers: Numbers, tree: Tree, model: str) -> Dynamics:
             held = plant.stiffness[j] * b[j] + plant.damping[j] * db[j]
             pull = total.F[0, j] * felt[0] + total.F[1, j] * felt[1] + total.F[2, j] * felt[2]
             out[j] = load.bend[j] - held - total.bend[j] + pull
+        if wp.static(coupled_springs):
+            out = out - between(plant, b, db)
         return out
 
     @wp.func

@@ -10,6 +10,7 @@ import warp as wp
 from continuair.device.numbers import Numbers
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.dynamics import Dynamics, dynamics_code
+from continuair.kernels.elastic import elastic_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.pilot import PilotCode
 
@@ -40,6 +41,8 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
     types, dynamics = device_types(numbers, tree), dynamics_code(numbers, tree, model)
     Real, State, Push, Along = types.Real, types.State, types.Push, types.Along
     Flight, Bends = flight_code(numbers, tree).Flight, types.Bends
+    elastic = elastic_code(numbers, tree)
+    pairs, first, second = elastic.pairs, elastic.first, elastic.second
     bends_of, bend_rates_of = types.bends_of, types.bend_rates_of
     load_of, total_of = dynamics.loads.load_of, dynamics.total_of
     accelerations_of, rates = dynamics.accelerations_of, dynamics.rates
@@ -61,6 +64,18 @@ def stage_code(numbers: Numbers, tree: Tree, model: str) -> Stage:
             ahead = K * (two * turned[j] - explicit[j]) + two * D * turning[j]
             load.bend[j] = load.bend[j] + reach * ahead
             total.M[j, j] = total.M[j, j] + reach * (D + reach * K)
+        if wp.static(pairs > 0):
+            for p in range(pairs):
+                # The same for what one coordinate exerts on the other.
+                a = first[p]
+                b = second[p]
+                K, D = flight.plant.stiffness_between[p], flight.plant.damping_between[p]
+                on_a = K * (two * turned[b] - explicit[b]) + two * D * turning[b]
+                on_b = K * (two * turned[a] - explicit[a]) + two * D * turning[a]
+                load.bend[a] = load.bend[a] + reach * on_a
+                load.bend[b] = load.bend[b] + reach * on_b
+                total.M[a, b] = total.M[a, b] + reach * (D + reach * K)
+                total.M[b, a] = total.M[b, a] + reach * (D + reach * K)
         k = rates(y, flight, accelerations_of(y, flight, total, load))
         for j in range(bends):
             k[B + j] = explicit[j] + reach * k[DB + j]

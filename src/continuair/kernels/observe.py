@@ -12,6 +12,7 @@ from continuair.device.types import Tree, device_types
 from continuair.kernels.arm.chain import chain_code
 from continuair.kernels.arm.tip import tip_code
 from continuair.kernels.dynamics import Dynamics
+from continuair.kernels.elastic import elastic_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.logs import push_reader
 from continuair.kernels.sensing.camera import CameraCode
@@ -176,7 +177,8 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
     linear_momentum, angular_momentum = at["linear_momentum"], at["angular_momentum"]
     coupled, freezes = dynamics.model == "coupled", dynamics.freezes
     laden_of, loads = dynamics.laden_of, dynamics.laden_of is not None
-    bends, arms = layout.bends, layout.arms
+    bends, arms, elastic = layout.bends, layout.arms, elastic_code(numbers, tree)
+    springs, coupled_springs = elastic.springs, elastic.pairs > 0
 
     @wp.func
     def nothing(
@@ -241,6 +243,10 @@ def observe_kernel(numbers: Numbers, tree: Tree, dynamics: Dynamics) -> Any:
             stored += half * plant.stiffness[j] * b[j] * b[j]
             for i in range(bends):
                 own_energy += half * total.M[i, j] * db[i] * db[j]
+        if wp.static(coupled_springs):
+            aside = springs(plant, b)
+            for j in range(bends):
+                stored += half * aside[j] * b[j]
         if wp.static(freezes):
             swept = vec3()
             spun = vec3()

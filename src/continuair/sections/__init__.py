@@ -54,6 +54,34 @@ def of_coordinates(
     return np.hstack([np.zeros((runs, 0)), *each])
 
 
+def of_pairs(vehicle: Vehicle, what: Literal["stiffness", "damping"], runs: int = 1) -> Array:
+    """Return the stiffness or damping matrix of the coordinates of all sections.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        One vehicle, or a batch.
+    what : {"stiffness", "damping"}
+        The elastic force per coordinate, or the damping force per rate.
+    runs : int, default 1
+        Number of runs.
+
+    Returns
+    -------
+    ndarray, shape (runs, bends, bends)
+        Symmetric matrices, diagonal unless a section tapers.
+    """
+    own = of_coordinates(vehicle, what, runs)
+    found, first = own[:, :, None] * np.eye(own.shape[1]), 0
+    for part in (part for arm in vehicle.arms for part in arm.section):
+        kind = kind_of(part)
+        values = kind.between(part, runs)[what == "damping"]
+        for pair, (j, k) in enumerate(kind.couples):
+            found[:, first + j, first + k] = found[:, first + k, first + j] = values[:, pair]
+        first += kind.coordinates
+    return found
+
+
 def arcs(*sections: int) -> tuple[tuple[SectionKind, ...], ...]:
     """Return the kinds of the sections of arms that consist of arcs.
 
@@ -79,4 +107,5 @@ __all__ = [
     "arcs",
     "kind_of",
     "of_coordinates",
+    "of_pairs",
 ]

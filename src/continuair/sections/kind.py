@@ -342,6 +342,32 @@ class SectionKind:
         """
         raise NotImplementedError
 
+    @property
+    def couples(self) -> tuple[tuple[int, int], ...]:
+        """Return the pairs j < k of coordinates between which elastic forces act; by default none.
+
+        Their damping acts between the same coordinates.
+        """
+        return ()
+
+    def between(self, section: Section, runs: int) -> tuple[Array, Array]:
+        """Return stiffness and damping between the coordinates of each of `couples`.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        tuple of ndarray
+            Of shape (runs, pairs) in SI units: force on the one per other coordinate, and per its
+            rate.
+        """
+        return np.zeros((runs, 0)), np.zeros((runs, 0))
+
     def pack(self, section: Section, runs: int) -> dict[str, Array]:
         """Return the further parameters.
 

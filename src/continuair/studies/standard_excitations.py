@@ -34,11 +34,11 @@ from continuair.flight.rotors import still
 from continuair.scenario.excitations import Shared, Swelling, Wave, plus
 from continuair.scenario.scenarios import Scenario
 from continuair.studies.standard_loops import hover_loop
+from continuair.typing import Array
 from continuair.vehicle.bending import constant_bends, evenly_bent
 from continuair.vehicle.layout import OF_NAME
+from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
-
-Array = np.ndarray
 
 PERIODS = 10.0
 """Duration of a standard flight [clamped periods]."""
@@ -227,6 +227,17 @@ def sample_time(vehicle: Vehicle) -> float:
     return float(2.0 * np.pi / np.max(excited_arm(vehicle).frequency) / SAMPLES_PER_PERIOD)
 
 
+def _moments(arm: Section) -> tuple[Array, Array]:
+    """Return the means of s and s² over the mass of the backbone [m, m²]."""
+    length = np.asarray(arm.length)
+    if not arm.tapered:
+        return length / 2.0, length**2 / 3.0
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    places = (1.0 + nodes) / 2.0
+    masses = arm.mass_shares(places)[0] * weights / 2.0
+    return length * (masses @ places), length**2 * (masses @ places**2)
+
+
 def _rocking_inertia(vehicle: Vehicle, excited: ExcitedArm) -> Array:
     """Inertia of the vehicle with its arms straight about B's origin, y of the mount [kg m²]."""
     if vehicle.has_arm_list:
@@ -237,7 +248,8 @@ def _rocking_inertia(vehicle: Vehicle, excited: ExcitedArm) -> Array:
     arm = vehicle.arm
     x, _, z = np.transpose(vehicle.uav.mount)
     own = np.asarray(vehicle.uav.inertia)[..., 1, 1]
-    backbone = arm.backbone_mass * (x**2 + z**2 - z * arm.length + np.asarray(arm.length) ** 2 / 3)
+    first, second = _moments(arm)
+    backbone = arm.backbone_mass * (x**2 + z**2 - 2.0 * z * first + second)
     backbone = backbone + arm.transverse_inertia_per_length * arm.length
     total: Array = own + backbone
     for disk in arm.disks:

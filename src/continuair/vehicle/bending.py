@@ -112,6 +112,18 @@ def evenly_moving(
     return q, qd
 
 
+def check_uniform(name: str, held: ArrayLike, vehicle: Vehicle) -> None:
+    """Raise InputError if a held section is tapered; name: of the argument that holds sections."""
+    sections = ((arm, part) for arm in vehicle.arms for part in arm.section)
+    for (arm, part), its in zip(sections, np.atleast_1d(held), strict=True):
+        if its and part.tapered:
+            raise InputError(
+                name,
+                f"holds section {arm.name}.{part.name} of arm, whose radius changes along it",
+                "leave tapered sections free with a rate of 0, or give them one radius",
+            )
+
+
 def check_bend(name: str, value: object, bends: Array, vehicle: Vehicle) -> None:
     """Raise InputError if bends (bends,) are not admissible; see `bent_shares`."""
     most = float(bent_shares(vehicle, bends).max(initial=0.0))

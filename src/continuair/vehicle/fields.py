@@ -179,6 +179,20 @@ def _depth(annotation: Any) -> int:
     return max(map(_depth, inner), default=0) if get_origin(annotation) in _UNIONS else 0
 
 
+@cache
+def mixed(part: type[BaseModel], field: str) -> bool:
+    """Return whether a field holds one number or several."""
+    return _has_number(named_fields(part)[field].annotation) and dimensions(part, field) > 0
+
+
+def _has_number(annotation: Any) -> bool:
+    """Return whether a type is that of a number, or holds it beside others."""
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _has_number(inner[0])
+    return annotation is float or (origin in _UNIONS and any(map(_has_number, inner)))
+
+
 def _is_part(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, Part)
 

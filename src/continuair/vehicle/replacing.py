@@ -17,7 +17,7 @@ from pydantic import BaseModel
 from continuair import checks
 from continuair.errors import InputError, named_fields, nearest, shown
 from continuair.vehicle.effect import Effect, numbers_of
-from continuair.vehicle.fields import dimensions, kinds, label, named
+from continuair.vehicle.fields import dimensions, kinds, label, mixed, named
 from continuair.vehicle.runs import pick
 from continuair.warning import collected, warn
 
@@ -92,7 +92,9 @@ def _of_run(model: type[BaseModel], field: str, value: Any, run: int) -> Any:
         return of_run(of_table, value, run)
     if of_entries and isinstance(value, list):
         return [of_run(of_entries, entry, run) for entry in value]
-    return value[run] if np.ndim(value) > dimensions(model, field) else value
+    # A batch holds several numbers of one run in rows (vehicle/runs.py).
+    least = 0 if mixed(model, field) else dimensions(model, field)
+    return value[run] if np.ndim(value) > least else value
 
 
 def _tree(value: Any) -> Any:
@@ -119,20 +121,37 @@ def _set(model: type[BaseModel], tree: Any, path: str, value: object) -> tuple[s
         node = node[place[-1]]
     index = _index(node, last, parents)
     template = node[index].values[0] if isinstance(node[index], _Runs) else node[index]
-    size = _size(model, [*parents, last]) if template is None else np.shape(template)
+    size = _size(model, [*parents, last], value, template)
     node[index] = _over_runs(path, value, template, size)
     return (*place, index)
 
 
-def _size(model: type[BaseModel], keys: list[str]) -> tuple[int, ...]:
-    """Return a shape with as many dimensions as the field at a path has, if it is known."""
+def _size(model: type[BaseModel], keys: list[str], value: object, template: Any) -> tuple[int, ...]:
+    """Return a shape with as many dimensions as a field at a path has, if it is known.
+
+    Of a field that holds one number or several, the value decides: a row is an array over runs
+    unless a row of this length was there before.
+    """
     part = model
     *parents, last = keys
     for key in parents:
         # Other keys are indices and names of entries, which are of the same class.
         if key in named_fields(part):
             part = next((kind for kind in kinds(part, key) if kind), part)
+    if last in named_fields(part) and mixed(part, last):
+        given = _shape(value)
+        return (0,) if len(given) == 2 or (given and given == np.shape(template)) else ()
+    if template is not None:
+        return np.shape(template)
     return (0,) * (dimensions(part, last) if last in named_fields(part) else 0)
+
+
+def _shape(value: Any) -> tuple[int, ...]:
+    """Return the shape of a value, and nothing for a ragged one."""
+    try:
+        return np.shape(value)
+    except (TypeError, ValueError):
+        return ()
 
 
 def _check_once(

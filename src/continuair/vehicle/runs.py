@@ -13,6 +13,7 @@ from continuair import checks
 from continuair.typing import Array
 from continuair.vehicle import effect
 from continuair.vehicle.effect import Effect
+from continuair.vehicle.fields import mixed
 
 
 def count(value: object) -> int | None:
@@ -44,14 +45,22 @@ def take(value: Any, runs: np.ndarray) -> Any:
     return tuple(take(child, runs) for child in value) if isinstance(value, tuple) else value
 
 
-def plain(value: Any) -> Any:
-    """Return a model, batched or not, as dicts, lists and numbers for JSON."""
+def plain(value: Any, runs: int | None = None) -> Any:
+    """Return a model, batched or not, as dicts, lists and numbers for JSON.
+
+    runs: of a batch. There a field that holds one number or several has a row for each run, as a
+    row alone would be one number per run.
+    """
     if isinstance(value, BaseModel):
-        return {name: plain(child) for name, child in value}
+        found = {name: plain(child, runs) for name, child in value}
+        for name in found if runs else ():
+            if isinstance(dict(value)[name], tuple) and mixed(type(value), name):
+                found[name] = [list(found[name]) for _ in range(runs or 0)]
+        return found
     if isinstance(value, Effect):
         return effect.plain(value)
     if isinstance(value, tuple):
-        return [plain(child) for child in value]
+        return [plain(child, runs) for child in value]
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from continuair.errors import InputError
+from continuair.typing import Array
 from continuair.vehicle.disk import Disk, disks_of
 from continuair.vehicle.fields import ROUNDING, Count, Finite, Name, NotNegative, Positive
 from continuair.vehicle.members import NamedPart, members
 from continuair.vehicle.slips import radius_remedy
 from continuair.vehicle.strain import CONSTANT, Orders, Strain, mode_shapes
+from continuair.vehicle.taper import AREA, MOMENT, Radius, coupled, ends, mean_power, share_of_mean
 from continuair.vehicle.tendon import Tendon, check_tendons
 
 DRAG_NODES, DRAG_WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -49,8 +51,9 @@ class Section(NamedPart):
     length: Positive
     """the length of the backbone [m]"""
 
-    given_radius: Positive | None = Field(None, alias="radius")
-    """the radius of the round, solid backbone, at most half its length [m]"""
+    given_radius: Radius | None = Field(None, alias="radius")
+    """the radius of the round, solid backbone, at most half its length; with a strain that varies
+    also 2 numbers, at the base and the tip of a backbone that tapers linearly [m]"""
 
     given_density: Positive | None = Field(None, alias="density")
     """the density of the backbone [kg/m³]"""
@@ -129,15 +132,16 @@ class Section(NamedPart):
                 "give the backbone's radius [m]",
             )
         self._check_strain()
+        self._check_taper()
         check_tendons(self.tendon, (self,))
         self._check_frequency()
-        if self.given_radius is not None and self.radius > self.length / 2:
+        if self.given_radius is not None and (largest := max(self.radii())) > self.length / 2:
             raise InputError(
                 "radius",
-                f"is {self.radius}, more than half of length {self.length}",
+                f"is {largest}, more than half of length {self.length}",
                 (
                     f"give a radius of at most {self.length / 2:g} "
-                    f"[m]{radius_remedy(self.radius, self.length)}"
+                    f"[m]{radius_remedy(largest, self.length)}"
                 ),
             )
         return self
@@ -197,6 +201,31 @@ class Section(NamedPart):
                 "give the radius of the round, solid backbone [m]",
             )
 
+    def _check_taper(self) -> None:
+        """Raise InputError for two radii where one is needed."""
+        if not self.tapered:
+            return
+        given = list(self.radii())
+        if self.polar:
+            raise InputError(
+                "radius",
+                f"is {given}, but a section of constant curvature has one radius",
+                "give one number, or the section a strain with higher orders",
+            )
+        for material, whole in EITHER.items():
+            if (value := getattr(self, f"given_{whole}")) is not None:
+                raise InputError(
+                    whole,
+                    f"is {value}, but the radius {given} lets it vary along the section",
+                    f"give {material} in its place",
+                )
+        if self.drag_coefficient is not None:
+            raise InputError(
+                "drag_coefficient",
+                f"is {self.drag_coefficient}, but the radius is {given}",
+                "leave it out, or give one radius; drag of a tapered section is not modelled",
+            )
+
     def _check_frequency(self) -> None:
         """Raise InputError if mass or stiffness underflows or overflows in floating point."""
         try:
@@ -244,7 +273,7 @@ class Section(NamedPart):
         return self.nodes or self.orders.nodes + 2 * bool(self.disks)
 
     def rigidities(self) -> tuple[float, ...]:
-        """Return the stiffness of each component of the strain.
+        """Return the stiffness of each component of the strain, the mean of a tapered section.
 
         Returns
         -------
@@ -253,23 +282,102 @@ class Section(NamedPart):
         """
         bending, orders = self.bending_stiffness, self.orders
         softer = 0.0 if self.poisson_ratio is None else 1.0 / (1.0 + self.poisson_ratio)
+        # The square of the radius, for a tapered section that of r⁴ over that of r².
+        square: float = (
+            self.second_moment / self.area * 4.0
+            if self.tapered
+            else 0.0
+            if self.given_radius is None
+            else self.radius * self.radius
+        )
         stretch = shear = 0.0
         if orders.stretch is not None:
-            stretch = 4.0 * bending / (self.radius * self.radius)
+            stretch = 4.0 * bending / square
         if orders.shear is not None:
-            shear = 2.0 * softer * bending / (self.radius * self.radius)
+            shear = 2.0 * softer * bending / square
         return bending, bending, softer * bending, stretch, shear, shear
 
     @property
+    def tapered(self) -> bool:
+        """Return whether the radius changes along the section."""
+        return ends(self.given_radius) is not None
+
+    def radii(self) -> tuple[float, float]:
+        """Return the radii at base and tip.
+
+        Returns
+        -------
+        tuple of float
+            Two numbers, or arrays over the runs [m].
+
+        Raises
+        ------
+        InputError
+            If there is no radius.
+        """
+        tapered = ends(self.given_radius)
+        return (self.radius, self.radius) if tapered is None else tapered
+
+    @property
+    def mean_radius(self) -> float:
+        """Return the mean radius of the backbone [m]; raise InputError if there is none."""
+        return cast(float, mean_power(self.radii(), 1)) if self.tapered else self.radius
+
+    @property
     def radius(self) -> float:
-        """Return the radius of the round, solid backbone [m]; raise InputError if there is none."""
+        """Return the radius of the round, solid backbone [m]; raise InputError without it."""
         if self.given_radius is None:
             raise InputError(
                 "radius",
                 "is missing, but is needed here",
                 "give the radius of the round, solid backbone [m]",
             )
-        return self.given_radius
+        if self.tapered:
+            raise InputError(
+                "radius",
+                "changes along the section, but one radius is needed here",
+                "give one number",
+            )
+        return cast(float, self.given_radius)
+
+    def mass_shares(self, shares: Array) -> tuple[Array, Array]:
+        """Return mass and rotary inertia per length over their means, along the section.
+
+        Parameters
+        ----------
+        shares : ndarray, shape (n,)
+            Arc lengths over the length, from 0 to 1.
+
+        Returns
+        -------
+        tuple of ndarray
+            Of mass, and of inertia, of shape (n,) or (runs, n); 1 for a section without taper.
+        """
+        radii = ends(self.given_radius)
+        if radii is None:
+            return np.ones(len(shares)), np.ones(len(shares))
+        return share_of_mean(radii, AREA, shares), share_of_mean(radii, MOMENT, shares)
+
+    def couplings(self, component: int, count: int) -> Array:
+        """Return ∫ P_p P_q k ds/(k̄ l) of a component's stiffness k and its mean k̄.
+
+        Parameters
+        ----------
+        component : int
+            Index in `COMPONENTS`.
+        count : int
+            The number of coordinates of the component.
+
+        Returns
+        -------
+        ndarray, shape (count, count) or (runs, count, count)
+            Its stiffness matrix over mean stiffness and length: diagonal, 1/(2 p + 1), without
+            taper.
+        """
+        radii = ends(self.given_radius)
+        if radii is None:
+            return np.diag(1.0 / (2.0 * np.arange(count) + 1.0))
+        return coupled(radii, MOMENT if component < 3 else AREA, count)
 
     @property
     def density(self) -> float:
@@ -287,25 +395,29 @@ class Section(NamedPart):
 
     @property
     def area(self) -> float:
-        """Return the area of the cross-section [m²]."""
+        """Return the area of the cross-section, the mean of a tapered section [m²]."""
+        if self.tapered:
+            return cast(float, math.pi * mean_power(self.radii(), AREA))
         return math.pi * self.radius * self.radius
 
     @property
     def second_moment(self) -> float:
-        """Return the second moment of area of the cross-section about a diameter, I [m⁴]."""
+        """Return the second moment of area about a diameter, I; the mean if it tapers [m⁴]."""
+        if self.tapered:
+            return cast(float, math.pi / 4 * mean_power(self.radii(), MOMENT))
         square = self.radius * self.radius
         return math.pi / 4 * square * square
 
     @property
     def bending_stiffness(self) -> float:
-        """Return the bending stiffness E I [N m²]."""
+        """Return the bending stiffness E I, the mean of a tapered section [N m²]."""
         if self.given_bending_stiffness is None:
             return self.youngs_modulus * self.second_moment
         return self.given_bending_stiffness
 
     @property
     def mass_per_length(self) -> float:
-        """Return the backbone's mass per unit length, rho A [kg/m]."""
+        """Return the backbone's mass per unit length, rho A; the mean if it tapers [kg/m]."""
         if self.given_mass_per_length is None:
             return self.density * self.area
         return self.given_mass_per_length
@@ -318,7 +430,7 @@ class Section(NamedPart):
         """
         if self.given_mass_per_length is None:
             return self.density * self.second_moment
-        radius = 0.0 if self.given_radius is None else self.given_radius
+        radius = 0.0 if self.given_radius is None else self.radius
         return self.mass_per_length * radius * radius / 4
 
     @property
@@ -356,7 +468,7 @@ class Section(NamedPart):
         Constant curvature is stiffer than a true cantilever, whose first mode is 21 % lower; with
         linear bending it is 0.5 % lower.
         """
-        if self.orders.bending:
+        if self.orders.bending or self.tapered:
             return self._bending_frequency()
         stiffness = self.bending_stiffness * self.length
         frequency: float = _root(stiffness / self.straight_modal_mass)
@@ -365,12 +477,13 @@ class Section(NamedPart):
     def _bending_frequency(self) -> float:
         """Return the first frequency of a bend that varies along the section [rad/s]."""
         count = self.orders.bending + 1
-        nodes, weights = np.polynomial.legendre.leggauss(count + 2)
+        nodes, weights = np.polynomial.legendre.leggauss(count + 2 + 2 * self.tapered)
         shares = (1.0 + nodes) / 2.0
+        masses, inertias = (each * weights / 2.0 for each in self.mass_shares(shares))
         bodies: list[tuple[Any, Any, Any]] = [
-            (share, weight / 2.0 * self.backbone_mass,
-             weight / 2.0 * self.transverse_inertia_per_length * self.length)
-            for share, weight in zip(shares, weights, strict=True)
+            (share, masses[..., k] * self.backbone_mass,
+             inertias[..., k] * self.transverse_inertia_per_length * self.length)
+            for k, share in enumerate(shares)
         ]  # fmt: skip
         bodies += [
             (each.position / self.length, each.mass, each.transverse_inertia) for each in self.disks
@@ -383,8 +496,12 @@ class Section(NamedPart):
             turned = np.asarray(inertia)[..., None, None]
             whole = whole + turned * slope[:, :, None] * slope[:, None, :]
         # In coordinates of unit stiffness: E I/l for the bend times l, over 2 p + 1.
-        scale = np.sqrt(2.0 * np.arange(count) + 1.0)
-        slowest = np.linalg.eigvalsh(scale[:, None] * whole * scale)[..., -1]
+        if self.tapered:
+            scale = np.linalg.inv(np.linalg.cholesky(self.couplings(0, count)))
+            slowest = np.linalg.eigvalsh(scale @ whole @ scale.swapaxes(-1, -2))[..., -1]
+        else:
+            scale = np.sqrt(2.0 * np.arange(count) + 1.0)
+            slowest = np.linalg.eigvalsh(scale[:, None] * whole * scale)[..., -1]
         found: Any = np.sqrt(self.bending_stiffness / (self.length * slowest))
         return found if len(found) > 1 else float(found[0])
 
@@ -393,7 +510,7 @@ class Section(NamedPart):
         """Return the structural damping per unit length [N m² s], 0 if none is given."""
         if self.damping_ratio is None:
             return 0.0 if self.damping is None else self.damping
-        if self.orders.bending:
+        if self.orders.bending or self.tapered:
             damping: float = (
                 2 * self.damping_ratio * self.bending_stiffness / self.clamped_frequency
             )

@@ -77,7 +77,7 @@ def _checked(vehicle: Vehicle) -> Iterator[InputError | None]:
             yield _LENGTH.problem(f"{at}length", section.length)
             if section.given_radius is None:
                 continue
-            yield _RADIUS.problem(f"{at}radius", section.given_radius)
+            yield _RADIUS.problem(f"{at}radius", np.stack(section.radii()))
             yield _DENSITY.problem(f"{at}density", section.density)
             yield _MODULUS.problem(f"{at}youngs_modulus", section.youngs_modulus)
 

@@ -372,7 +372,7 @@ class Vehicle(Part):
             The fields by name, as values for JSON; arrays over runs are lists. ``terms`` is left
             out if there are none.
         """
-        description: dict[str, object] = batch.plain(self)
+        description: dict[str, object] = batch.plain(self, self.runs)
         if not self.terms:
             del description["terms"]
         return description

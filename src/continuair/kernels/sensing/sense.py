@@ -16,6 +16,7 @@ from continuair.device.elementary import elementary_code
 from continuair.device.numbers import Numbers, Struct, number_code
 from continuair.device.types import Tree, device_types, holding
 from continuair.kernels.arm.chain import chain_code, total_types
+from continuair.kernels.elastic import elastic_code
 from continuair.kernels.flight import flight_code
 from continuair.kernels.sensing.camera import camera_code
 
@@ -119,7 +120,8 @@ class LawCode:
 def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
     """Return the types and functions for numbers, a tree of arms and a number of feature points."""
     types, total_of = device_types(numbers, tree), chain_code(numbers, tree, "alone").total_of
-    Total = total_types(numbers, tree).Total
+    Total, elastic = total_types(numbers, tree).Total, elastic_code(numbers, tree)
+    springs, coupled_springs = elastic.springs, elastic.pairs > 0
     of_camera, Flight = camera_code(numbers, tree, points), flight_code(numbers, tree).Flight
     Real, State, Plant, Push = types.Real, types.State, types.Plant, types.Push
     vec2, vec3, quat, mat33 = types.vec2, types.vec3, types.quat, types.mat33
@@ -200,6 +202,10 @@ def law_code(numbers: Numbers, tree: Tree, points: int) -> LawCode:
             out.bend[j] = b[j] / plant.unit[j]
             out.bend_rate[j] = db[j] / plant.unit[j]
             spring[j] = plant.unit[j] * plant.stiffness[j] * b[j]
+        if wp.static(coupled_springs):
+            aside = springs(plant, b)
+            for j in range(bends):
+                spring[j] = spring[j] + plant.unit[j] * aside[j]
         out.velocity = velocity_of(y)
         out.angular_velocity = spin_of(y)
         out.arms = total_of(y, flight.coefficients, plant, flight.vehicle)

@@ -17,7 +17,7 @@ from continuair.device.types import MAX_BEND_ANGLE, Tree, device_types
 from continuair.sections.kind import SectionCode, SectionKind, SymbolicSection
 from continuair.sections.rod import Rod
 from continuair.sections.strain.element import BODIES, element_code
-from continuair.sections.strain.nodes import gathered, integration
+from continuair.sections.strain.nodes import FINE, gathered, gauss, integration
 from continuair.sections.strain.place import place_code
 from continuair.typing import Array
 from continuair.vehicle.runs import per_run
@@ -44,10 +44,13 @@ class StrainField(SectionKind):
         Orders of the components.
     nodes : int
         Number of nodes.
+    tapered : bool
+        Whether the radius changes along the section, which couples coordinates elastically.
     """
 
     orders: Orders = Orders(0)
     nodes: int = 6
+    tapered: bool = False
 
     name: ClassVar[str] = "strain"
 
@@ -80,7 +83,7 @@ class StrainField(SectionKind):
         StrainField
             The kind.
         """
-        return cls(section.coordinates, section.orders, section.node_count)
+        return cls(section.coordinates, section.orders, section.node_count, section.tapered)
 
     def units(self, section: Section, runs: int) -> Array:
         """Return l [m] for bend and twist, and 1 for stretch and shear.
@@ -121,6 +124,8 @@ class StrainField(SectionKind):
     def stiffness(self, section: Section, runs: int) -> Array:
         """Return the elastic force per coordinate: E I l/(2p + 1) of the bend of order p.
 
+        A tapered section has further ones between coordinates, in `between`.
+
         Parameters
         ----------
         section : Section
@@ -133,13 +138,62 @@ class StrainField(SectionKind):
         ndarray
             Of shape (runs, coordinates).
         """
-        length = per_run(section.length, runs)
-        rigidities = section.rigidities()
-        each = [
-            per_run(rigidities[component], runs) * length / (2 * order + 1)
-            for component, order in self.orders.coordinates
-        ]
-        return np.stack(each, axis=1)
+        matrix = self._matrix(section, runs)
+        return np.ascontiguousarray(np.einsum("rjj->rj", matrix))
+
+    @property
+    def couples(self) -> tuple[tuple[int, int], ...]:
+        """Return the pairs of coordinates of one component, which a taper couples."""
+        if not self.tapered:
+            return ()
+        each = enumerate(self.orders.coordinates)
+        return tuple(
+            (j, k)
+            for k, (other, _) in each
+            for j, (component, _) in enumerate(self.orders.coordinates[:k])
+            if component == other
+        )
+
+    def between(self, section: Section, runs: int) -> tuple[Array, Array]:
+        """Return stiffness and damping between the coordinates of each of `couples`.
+
+        Parameters
+        ----------
+        section : Section
+            The section of a vehicle or of a batch.
+        runs : int
+            The number of runs.
+
+        Returns
+        -------
+        tuple of ndarray
+            Of shape (runs, pairs): force on the one per other coordinate, and per its rate.
+        """
+        matrix = self._matrix(section, runs)
+        found = [matrix[:, j, k] for j, k in self.couples]
+        stiffness = np.stack(found, axis=1) if found else np.zeros((runs, 0))
+        return stiffness, self._time(section, runs) * stiffness
+
+    def _matrix(self, section: Section, runs: int) -> Array:
+        """Return the stiffness matrix (runs, coordinates, coordinates)."""
+        length, rigidities = per_run(section.length, runs), section.rigidities()
+        out, first = np.zeros((runs, self.coordinates, self.coordinates)), 0
+        present = ((c, count) for c, count in enumerate(self.orders.counts) if count)
+        for component, count in present:
+            own = slice(first, first := first + count)
+            stiff = (per_run(rigidities[component], runs) * length)[:, None, None]
+            if self.tapered:
+                out[:, own, own] = stiff * section.couplings(component, count)
+            else:
+                each = np.arange(own.start, own.stop)
+                out[:, each, each] = stiff[:, 0] / (2 * np.arange(count) + 1)
+        return out
+
+    @staticmethod
+    def _time(section: Section, runs: int) -> Array:
+        """Return damping over stiffness (runs, 1) [s]."""
+        stiffness = per_run(section.bending_stiffness, runs)
+        return np.asarray((per_run(section.structural_damping, runs) / stiffness)[:, None])
 
     def damping(self, section: Section, runs: int) -> Array:
         """Return the damping force per rate, in proportion to the stiffness.
@@ -156,8 +210,7 @@ class StrainField(SectionKind):
         ndarray
             Of shape (runs, coordinates).
         """
-        time = per_run(section.structural_damping, runs) / per_run(section.bending_stiffness, runs)
-        return time[:, None] * self.stiffness(section, runs)
+        return self._time(section, runs) * self.stiffness(section, runs)
 
     def table(self, section: Section, runs: int, at: slice) -> Array:
         """Return the integration matrices and the bodies at the nodes.
@@ -183,7 +236,12 @@ class StrainField(SectionKind):
         for index, disk in enumerate(rod.disks):
             disks[:, index] = np.stack([part[at] for part in disk], axis=1)
         disks[..., 0] /= length[:, None]
-        nodes, bodies = gathered(self.nodes, backbone, disks)
+        along = [
+            np.broadcast_to(each, (runs, FINE))[at] for each in section.mass_shares(gauss(FINE)[0])
+        ]
+        nodes, bodies = gathered(
+            self.nodes, backbone, disks, (along[0], along[1]) if self.tapered else None
+        )
         out = np.zeros((len(length), self.rows, self.columns))
         out[:, : self.nodes + 1] = integration(nodes)
         out[:, self.nodes + 1] = nodes

@@ -15,7 +15,7 @@ from numpy.polynomial.legendre import leggauss
 
 from continuair.typing import Array
 
-_FINE = 48
+FINE = 48
 """Gauss nodes that stand for the backbone."""
 
 
@@ -59,8 +59,10 @@ def integration(nodes: Array) -> Array:
     return ends[..., None] * (weights[:, None] * shares).sum(-2)
 
 
-def gathered(count: int, backbone: Array, disks: Array) -> tuple[Array, Array]:
-    """Return nodes, and masses and inertias there, of a uniform backbone with disks.
+def gathered(
+    count: int, backbone: Array, disks: Array, along: tuple[Array, Array] | None = None
+) -> tuple[Array, Array]:
+    """Return nodes, and masses and inertias there, of a backbone with disks.
 
     Parameters
     ----------
@@ -70,6 +72,9 @@ def gathered(count: int, backbone: Array, disks: Array) -> tuple[Array, Array]:
         Mass [kg], transverse and axial inertia [kg m²] of the whole backbone, of shape (runs, 3).
     disks : ndarray
         Place over the length, mass, transverse and axial inertia of each, of shape (runs, n, 4).
+    along : tuple of ndarray, optional
+        Mass and rotary inertia per length over their means at the `FINE` Gauss nodes from 0 to 1,
+        of shape (runs, FINE); by default uniform.
 
     Returns
     -------
@@ -78,9 +83,12 @@ def gathered(count: int, backbone: Array, disks: Array) -> tuple[Array, Array]:
     bodies : ndarray
         Mass, transverse and axial inertia at each node, of shape (runs, m, 3).
     """
-    fine, weights = gauss(_FINE)
-    places = np.broadcast_to(fine, (len(backbone), _FINE))
+    fine, weights = gauss(FINE)
+    places = np.broadcast_to(fine, (len(backbone), FINE))
     rod = weights[:, None] * backbone[:, None, :]
+    if along is not None:
+        masses, inertias = along
+        rod = rod * np.stack([masses, inertias, inertias], axis=-1)
     x = np.concatenate([places, disks[..., 0]], axis=1)
     parts = np.concatenate([rod, disks[..., 1:]], axis=1)
     masses = parts[..., 0]
