@@ -41,15 +41,13 @@ def standardised(fit: JointFit) -> tuple[Any, Any]:
 
 
 def test_the_truth_has_uniform_ranks_where_noise_is_white() -> None:
-    """200 recordings; about 3 % of them are taken as correlated, by the test's level."""
+    """200 recordings, of which some are taken as correlated by chance."""
     fits = [fitted(number) for number in range(200)]
     ranks = np.array(
         [[t.sf(each, fit.degrees_of_freedom) for each in standardised(fit)] for fit in fits]
     )
     white = np.mean([fit.degrees_of_freedom > 100.0 for fit in fits])
-    print("white", white)
     for kind in ranks.swapaxes(0, 1):
-        inside = ((kind > 0.05) & (kind < 0.95)).mean(axis=0)
         print("90 %", inside, "p", departure(kind, 10))
     assert white > 0.9
     assert departure(ranks[:, 1], 10) > 0.01
@@ -61,8 +59,6 @@ def test_the_truth_has_uniform_ranks_where_noise_is_correlated_within_a_release(
     fits = [fitted(1000 + number, releases=5, kept=0.8) for number in range(80)]
     assert all(fit.degrees_of_freedom == 9.0 for fit in fits)
     ranks = np.array([t.sf(standardised(fit)[0], 9.0) for fit in fits])
-    inside = ((ranks > 0.05) & (ranks < 0.95)).mean(axis=0)
-    print("90 %", inside, "p", [departure(column[:, None], 5) for column in ranks.T])
     for column in ranks.T:
         assert departure(column[:, None], 5) > 0.002
 
@@ -82,5 +78,4 @@ def test_bands_of_other_releases_contain_nine_tenths_of_their_samples() -> None:
         low, high = np.quantile(predicted, [0.05, 0.95], axis=0)
         measured = other.measured(drawn)
         shares.append(((measured > low) & (measured < high)).mean())
-    print(shares)
     assert 0.85 < np.mean(shares) < 0.95

@@ -42,8 +42,11 @@ _CHANGE = 1e-4
 """Change of a start for differences, where 1 bends the arm by about a radian."""
 
 _PRECISION = 1e-5
+_CLOSE = 1e-5
+"""Relative change of the squared misses of a shape at which its search ends."""
+
 _STEPS = 2
-"""Gauss-Newton steps to the start of a motion."""
+"""Gauss-Newton steps from that shape to the start of a motion."""
 
 
 @dataclass(frozen=True)
@@ -248,7 +251,7 @@ def _shape(arm: ArmChain, at: Array, points: Array) -> Array:
         return slopes
 
     # At exactly 0 a bend has no direction.
-    found: Array = least_squares(left, np.full(count, 1e-3), slopes).x / reach
+    found: Array = least_squares(left, np.full(count, 1e-3), slopes, ftol=_CLOSE).x / reach
     return found
 
 
