@@ -47,8 +47,6 @@ def test_the_truth_has_uniform_ranks_where_noise_is_white() -> None:
         [[t.sf(each, fit.degrees_of_freedom) for each in standardised(fit)] for fit in fits]
     )
     white = np.mean([fit.degrees_of_freedom > 100.0 for fit in fits])
-    for kind in ranks.swapaxes(0, 1):
-        print("90 %", inside, "p", departure(kind, 10))
     assert white > 0.9
     assert departure(ranks[:, 1], 10) > 0.01
     for column in ranks[:, 0].T:
