@@ -2,6 +2,7 @@
 
 from continuair.identification.bench import Bench, load_bench
 from continuair.identification.decay import Decay, decay_of, onset
+from continuair.identification.driven import DrivenMotion, load_driven
 from continuair.identification.fitting import Fit, fit
 from continuair.identification.joint import JointFit, fit_jointly
 from continuair.identification.poses import Marker, StaticPoses, load_poses
@@ -12,6 +13,7 @@ from continuair.identification.validation import ReleaseValidation, validate_rel
 __all__ = [
     "Bench",
     "Decay",
+    "DrivenMotion",
     "Fit",
     "JointFit",
     "Marker",
@@ -23,6 +25,7 @@ __all__ = [
     "fit",
     "fit_jointly",
     "load_bench",
+    "load_driven",
     "load_poses",
     "load_recording",
     "load_releases",

@@ -11,10 +11,9 @@ import numpy as np
 
 from continuair import checks
 from continuair.errors import InputError, shown
-from continuair.files import printed, read_toml, user_path
 from continuair.immutable import Immutable
 from continuair.typing import Array, ArrayLike
-from continuair.vehicle.vehicle import BENCH, Vehicle
+from continuair.vehicle.vehicle import BENCH, Vehicle, read_table
 
 _UP = {
     "x": [[0, 1, 0], [0, 0, 1], [1, 0, 0]],
@@ -115,7 +114,7 @@ def load_bench(path: str | os.PathLike[str]) -> Bench:
     Parameters
     ----------
     path : str or path-like
-        A .toml file of a vehicle, with a table `[bench]` of the fields of `Bench`.
+        As for `load_vehicle`: a .toml file with a table `[bench]` of the fields of `Bench`.
 
     Returns
     -------
@@ -127,21 +126,20 @@ def load_bench(path: str | os.PathLike[str]) -> Bench:
     InputError
         If there is no such file or table, or a field cannot be used.
     """
-    file = user_path("fit", path)
-    fields = read_toml(file).get(BENCH)
+    fields, file = read_table(path, BENCH)
     if not isinstance(fields, Mapping) or not all(isinstance(name, str) for name in fields):
         raise InputError(
             "[bench]", "is missing", "name base, up and markers of the measured arm in it"
-        ).located(printed(file))
+        ).located(file)
     try:
         return Bench(**fields)
     except TypeError:
         names = ", ".join(Bench.__dataclass_fields__)
         raise InputError(
             "[bench]", f"has {', '.join(fields)}", f"give {names}, of which only markers is needed"
-        ).located(printed(file)) from None
+        ).located(file) from None
     except InputError as error:
-        raise error.located(printed(file)) from None
+        raise error.located(file) from None
 
 
 def markers_of(vehicle: Vehicle, bench: Bench) -> Array:

@@ -21,6 +21,7 @@ _ROD = ("radius", "density", "youngs_modulus")
 _SECTION = (
     "length", "bending_stiffness", "mass_per_length", "damping", "damping_ratio", "kappa_s"
 )  # fmt: skip
+_TENDON = ("friction", "stiffness", "pretension", "damping")
 _MOST_DECADES = 3.0
 
 
@@ -159,6 +160,9 @@ def _named(vehicle: Vehicle, parts: list[str]) -> list[str]:
     if arm is None:
         return parts
     parts = ["arm", arm.name, *parts[2:]]
+    if len(parts) > 3 and parts[2] == "tendon" and parts[3].isdecimal():
+        index = int(parts[3])
+        parts[3] = arm.tendon[index].name if index < len(arm.tendon) else parts[3]
     if len(parts) > 3 and parts[2] == "section" and parts[3].isdecimal():
         index = int(parts[3])
         parts[3] = arm.section[index].name if index < len(arm.section) else parts[3]
@@ -177,6 +181,11 @@ def _known(vehicle: Vehicle) -> dict[str, float | None]:
             found |= _of_arm(f"arm.{arm.name}", arm)
     for path, section in _sections(vehicle).items():
         found |= _of_section(path, section)
+    for arm in vehicle.arms:
+        path = f"arm.{arm.name}" if vehicle.has_arm_list else "arm"
+        for tendon in arm.tendon:
+            of = f"{path}.tendon.{tendon.name}"
+            found |= {f"{of}.{name}": getattr(tendon, name) for name in _TENDON}
     return found
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,11 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from continuair.errors import InputError
+from continuair.identification import robust
 from continuair.identification.fields import Fitted, fitted_fields
 from continuair.progress import Progress
 from continuair.typing import Array
+from continuair.vehicle.runs import pick
 from continuair.vehicle.vehicle import Vehicle
 
 SCAN = 64
@@ -27,6 +30,7 @@ _FAR = 1e3
 _DIFFERENCE = 1e-4
 _MOST = 60
 _ROUNDS = 3
+_ROUGH, _EXACT = 1e-4, 1e-8
 _LEAST_SCALE = 1e-9
 
 # Median of the absolute value of a normal variable, over its standard deviation.
@@ -39,17 +43,51 @@ _NULL = 1e-6
 class Measurement(Protocol):
     """A recording that a vehicle can be fitted to."""
 
+    # A Protocol's own signature, (*args, **kwargs), is none to document.
+    def __init__(self) -> None: ...
+
     @property
     def name(self) -> str:
         """Return where it comes from, for messages."""
         ...
 
     def measured(self, vehicle: Vehicle) -> Array:
-        """Return what was measured (groups, ...) [m], NaN where nothing was."""
+        """Return what was measured.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            One vehicle.
+
+        Returns
+        -------
+        ndarray, shape (groups, ...)
+            Values [m], NaN where nothing was measured. Groups, such as releases, are independent.
+        """
         ...
 
     def predictor(self, vehicle: Vehicle) -> Callable[[Vehicle], Array]:
-        """Return the function from vehicles like the given one to (runs, groups, ...) [m]."""
+        """Return the function that predicts what was measured.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            One vehicle.
+
+        Returns
+        -------
+        callable
+            From vehicles like this one to values (runs, groups, ...) [m].
+        """
+        ...
+
+
+@runtime_checkable
+class FreeStarts(Protocol):
+    """A recording whose motions start at a state that is not known exactly."""
+
+    def free_predictor(self, vehicle: Vehicle) -> Callable[[Vehicle], Array]:
+        """Return a function as `Measurement.predictor`, with the starts that fit best."""
         ...
 
 
@@ -68,6 +106,8 @@ class JointFit:
         do not determine the field.
     covariance : ndarray, shape (fields, fields)
         Of the logarithms of the fields, or of places in metres; NaN where undetermined.
+    degrees_of_freedom : float
+        Of Student's t for the difference from the truth over the standard error.
     rms : dict of str to float
         Root mean square of what is left over of each recording [m].
     free : tuple of dict
@@ -81,19 +121,24 @@ class JointFit:
     values: Array
     errors: Array
     covariance: Array
+    degrees_of_freedom: float
     rms: dict[str, float]
     free: tuple[dict[str, float], ...]
     converged: bool
 
     @property
     def uncertainty(self) -> dict[str, object]:
-        """Return the `[uncertainty]` of a vehicle's file; {} if nothing is known."""
+        """Return the `[uncertainty]` of a vehicle's file; {} if nothing is known.
+
+        Draws of it are normal, with the variance of Student's t.
+        """
         known = np.flatnonzero(np.isfinite(np.diag(self.covariance)))
-        if not len(known):
+        if not len(known) or not self.degrees_of_freedom > 2.0:
             return {}
+        wider = self.degrees_of_freedom / (self.degrees_of_freedom - 2.0)
         return {
             "fields": [self.fields[index] for index in known],
-            "covariance": self.covariance[np.ix_(known, known)].tolist(),
+            "covariance": (wider * self.covariance[np.ix_(known, known)]).tolist(),
             "model_error": max(self.rms.values()),
         }
 
@@ -113,7 +158,8 @@ def fit_jointly(
     vehicle : Vehicle
         Vehicle with initial values.
     measurements : sequence of Measurement
-        `Releases`, `StaticPoses`, or objects with their `name`, `measured` and `predictor`.
+        `Releases`, `DrivenMotion`, `StaticPoses`, or objects with their `name`, `measured` and
+        `predictor`.
     fields : sequence of str
         Dotted names of the fields that all recordings share.
     own : sequence of str, default ()
@@ -134,13 +180,17 @@ def fit_jointly(
     Notes
     -----
     Residuals are weighted by their spread in each recording, found from the median, with a loss
-    that grows linearly beyond twice the spread. The covariance treats releases or poses as
-    independent and what is left over within one as arbitrarily dependent (Liang and Zeger 1986,
-    doi:10.1093/biomet/73.1.13), with the factor G / (G - p) for G of them and p unknowns.
+    that grows linearly beyond twice the spread. The starts of motions are fitted with the fields:
+    at first to the onset of each, then to the whole of it, along the slopes of its motion.
+
+    If neighbours in what is left over, samples or markers, are uncorrelated at a level of 0.5 %,
+    the covariance is that of independent residuals. Else releases or poses are taken as independent
+    and what is left over within one as arbitrarily dependent: the covariance is that of a jackknife
+    that leaves each out in turn, with one degree of freedom less than there are.
     """
     problem = _Problem(vehicle, measurements, tuple(fields), tuple(own), progress)
     row, converged = problem.settle()
-    covariance, free = problem.covariance(row)
+    covariance, freedom, free = problem.covariance(row)
     values = problem.values(row)
     with np.errstate(invalid="ignore"):
         errors = np.sqrt(np.diag(covariance)) * problem.slopes(values)
@@ -151,6 +201,7 @@ def fit_jointly(
         values=values,
         errors=np.where(np.isfinite(errors), errors, np.inf),
         covariance=covariance,
+        degrees_of_freedom=freedom,
         rms={of.name: float(np.sqrt(np.nanmean(rest**2))) for of, rest in left},
         free=free,
         converged=converged,
@@ -173,6 +224,7 @@ class _Problem:
         self.of: Fitted = fitted_fields(vehicle, [*fields, *own])
         self.shared, self.own = len(fields), len(own)
         self.measured = [each.measured(vehicle) for each in measurements]
+        self._measurements = measurements
         self._predict = [each.predictor(vehicle) for each in measurements]
         shared, several = self.of.names[: self.shared], len(measurements) > 1
         self.names = shared + tuple(
@@ -208,10 +260,27 @@ class _Problem:
         for index, measured in enumerate(self.measured):
             vehicles, valid = self.of.vehicle(self._rows_of(index, rows))
             there = np.isfinite(measured)
-            each = np.where(there, self._predict[index](vehicles) - measured, 0.0)
+            each = np.where(there, self._predicted(index, vehicles) - measured, 0.0)
             each[~valid] = np.nan
             found.append(each.reshape(len(rows), len(measured), -1))
         return found
+
+    def _predicted(self, index: int, vehicles: Vehicle) -> Array:
+        """Return what vehicles predict of a recording, NaN for one that cannot start.
+
+        Raises InputError if none can start, for instance as all tendons are slack.
+        """
+        predict, runs = self._predict[index], vehicles.runs or 1
+        try:
+            return predict(vehicles)
+        except InputError as error:
+            found = np.full((runs, *self.measured[index].shape), np.nan)
+            for run in range(runs):
+                with suppress(InputError):
+                    found[run] = predict(pick(vehicles, run))[0]
+            if np.isnan(found).all():
+                raise error from None
+            return found
 
     def residuals(self, rows: Array) -> Array:
         """Return weighted residuals (runs, n), large ones where a vehicle fails."""
@@ -225,8 +294,10 @@ class _Problem:
     def settle(self) -> tuple[Array, bool]:
         """Return the best row of unknowns, and whether the least squares converged."""
         row, converged = self._scan(), False
-        for _ in range(_ROUNDS):
-            found = self._solve(row)
+        for attempt in range(_ROUNDS):
+            if attempt:
+                self._free_starts(row)
+            found = self._solve(row, _ROUGH if attempt < _ROUNDS - 1 else _EXACT)
             row, converged = found.x, bool(found.status > 0)
             rest = self.left(row)
             if not all(np.isfinite(each).all() for each in rest):
@@ -237,6 +308,13 @@ class _Problem:
                 )
             self.scales = [self._spread(*each) for each in zip(rest, self.measured, strict=True)]
         return row, converged
+
+    def _free_starts(self, row: Array) -> None:
+        """Predict with the starts that fit best, for vehicles close to that of a row."""
+        for index, of in enumerate(self._measurements):
+            if isinstance(of, FreeStarts):
+                values = self.of.values(self._rows_of(index, row[None]))[0]
+                self._predict[index] = of.free_predictor(self.of.vehicle_of(values))
 
     @staticmethod
     def _spread(rest: Array, measured: Array) -> float:
@@ -251,34 +329,37 @@ class _Problem:
         rows = np.zeros((SCAN, unknowns))
         reach = self.of.reach(SCAN_FACTOR)[self._of_fields]
         rows[1:] = (2.0 * qmc.Sobol(unknowns, seed=0).random(SCAN)[1:] - 1.0) * reach
-        best: Array = rows[np.argmin(_robust(self.residuals(rows)).sum(axis=1))]
+        best: Array = rows[np.argmin(robust.loss(self.residuals(rows)).sum(axis=1))]
         return best
 
-    def _solve(self, row: Array) -> Any:
+    def _solve(self, row: Array, precision: float) -> Any:
         """Return the least-squares solution from a row, as SciPy does."""
+
+        slopes: dict[bytes, Array] = {}
 
         def at(unknowns: Array) -> Array:
             self._calls += 1
             self._progress(min(self._calls, _MOST), _MOST, "least squares")
-            values: Array = self.residuals(unknowns[None])[0]
+            values, slopes[unknowns.tobytes()] = self.linearised(unknowns)
             return values
 
         return least_squares(
             at,
             row,
-            jac=self.jacobian,
+            jac=lambda unknowns: slopes[unknowns.tobytes()],
             x_scale="jac",
             loss="soft_l1",
-            f_scale=2.0,
+            f_scale=robust.LINEAR,
             max_nfev=_MOST,
+            ftol=precision,
         )
 
-    def jacobian(self, row: Array) -> Array:
-        """Return central differences (residuals, unknowns), simulated as one batch."""
+    def linearised(self, row: Array) -> tuple[Array, Array]:
+        """Return residuals (n,) and central differences (n, unknowns), simulated as one batch."""
         ahead = _DIFFERENCE * np.eye(len(row))
-        fore, back = np.split(self.residuals(np.vstack([row + ahead, row - ahead])), 2)
-        slopes: Array = ((fore - back) / (2.0 * _DIFFERENCE)).T
-        return slopes
+        found = self.residuals(np.vstack([row, row + ahead, row - ahead]))
+        fore, back = np.split(found[1:], 2)
+        return found[0], ((fore - back) / (2.0 * _DIFFERENCE)).T
 
     def values(self, row: Array) -> Array:
         """Return the values (unknowns,) of the fields of a row."""
@@ -295,25 +376,24 @@ class _Problem:
         """Return the vehicle of a row, with the first recording's own fields."""
         return self.of.vehicle_of(self.of.values(self._rows_of(0, row[None]))[0])
 
-    def covariance(self, row: Array) -> tuple[Array, tuple[dict[str, float], ...]]:
-        """Return the covariance of the unknowns, and the combinations of them that are free."""
-        J = self.jacobian(row)
-        r = self.residuals(row[None])[0]
-        pull = 1.0 / np.sqrt(1.0 + (r / 2.0) ** 2)  # the slope of the loss, over the residual's
-        size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    def covariance(self, row: Array) -> tuple[Array, float, tuple[dict[str, float], ...]]:
+        """Return the covariance of the unknowns, its degrees of freedom, and free combinations."""
+        r, J = self.linearised(row)
+        size = np.linalg.norm(J, axis=0)
+        size[size == 0.0] = 1.0
         _, singular, V = np.linalg.svd(J / size, full_matrices=False)
         null = singular < _NULL * singular[0]
-        groups = self._groups()
-        inverse = np.linalg.pinv((J * pull[:, None]).T @ J, hermitian=True)
-        scores = np.zeros((groups[-1] + 1, len(row)))
-        np.add.at(scores, groups, J * (pull * r)[:, None])
-        count = max(len(scores) - len(row), 1)
-        found = inverse @ (scores.T @ scores) @ inverse * len(scores) / count
+        each = zip(self.left(row), self.measured, strict=True)
+        independent = all(
+            robust.are_independent(rest.reshape(measured.shape), measured)
+            for rest, measured in each
+        )
+        found, freedom = robust.covariance(r, J / size, self._groups(), independent)
         lost = (V[null] ** 2).sum(axis=0) > 1e-4
         found[lost] = found[:, lost] = np.nan
-        places = np.where(self.of.linear[self._of_fields], 0.01, 1.0)
+        places = np.where(self.of.linear[self._of_fields], 0.01, 1.0) / size
         free = tuple(self._combination(v / size) for v in V[null])
-        return found * np.outer(places, places), free
+        return found * np.outer(places, places), freedom, free
 
     def _groups(self) -> NDArray[np.intp]:
         """Return the group of each residual, numbered through all recordings."""
@@ -330,9 +410,3 @@ class _Problem:
         v = v / np.linalg.norm(v)
         named = zip(self.names, v.tolist(), strict=True)
         return {name: share for name, share in named if abs(share) > 0.1}
-
-
-def _robust(r: Array) -> Array:
-    """Return the loss of residuals, that of the least squares."""
-    found: Array = 8.0 * (np.sqrt(1.0 + (r / 2.0) ** 2) - 1.0)
-    return found

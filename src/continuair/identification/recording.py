@@ -96,6 +96,8 @@ class Recording:
         not measured.
     imu_position : ndarray, shape (3,), optional
         Position of the accelerometer from the UAV's centre of mass in body axes [m].
+    tendon_command : ndarray, shape (n, tendons), optional
+        Commands of the tendons' motors, as in `Scenario` [N, m], held as inputs are. Default: 0.
 
     Raises
     ------
@@ -115,13 +117,15 @@ class Recording:
     gyro: Array = field(default_factory=_not_measured)
     accelerometer: Array = field(default_factory=_not_measured)
     imu_position: Array = field(default_factory=_at_origin)
+    tendon_command: Array | None = None
 
     def __post_init__(self) -> None:
         bends = np.shape(self.bend)[1] if np.ndim(self.bend) == 2 else 0
         widths = {"bend": bends, "inputs": 6 + bends}
-        for name in ("time", *widths, "rotor_command"):
+        commands = ("rotor_command", "tendon_command")
+        for name in ("time", *widths, *commands):
             value = getattr(self, name)
-            if value is not None or name not in ("inputs", "rotor_command"):
+            if value is not None or name not in ("inputs", *commands):
                 object.__setattr__(self, name, self._table(name, value, widths.get(name)))
         for name, width in {"position": 3, "attitude": 4, **dict.fromkeys(SENSORS, 3)}.items():
             value = getattr(self, name)
@@ -168,16 +172,17 @@ class Recording:
 
 @dataclass(frozen=True)
 class _Names:
-    """Names of columns: measured ones, and optional ones of inputs and rotor thrusts."""
+    """Names of columns: measured ones, and optional ones of inputs and commands."""
 
     measured: tuple[str, ...]
     inputs: tuple[str, ...]
     rotors: tuple[str, ...]
+    tendons: tuple[str, ...]
 
     @property
     def acting(self) -> tuple[str, ...]:
         """Optional columns."""
-        return self.inputs + self.rotors
+        return self.inputs + self.rotors + self.tendons
 
     @property
     def known(self) -> tuple[str, ...]:
@@ -201,10 +206,12 @@ class _Names:
 def _names_for(vehicle: Vehicle | None) -> _Names:
     """Return the names of columns for a vehicle."""
     rotors = vehicle.uav.rotors if vehicle is not None else None
+    tendons = vehicle.tendons if vehicle is not None else 0
     return _Names(
         MEASURED[:_BEND] + columns_of_bends(vehicle),
         ACTUATORS[:6] + columns_of_moments(vehicle),
         numbered(["rotor_command"], rotors.count) if rotors else (),
+        numbered(["tendon_command"], tendons) if tendons else (),
     )
 
 
@@ -222,8 +229,8 @@ def load_recording(
         File with a line of headings: `MEASURED`, and optionally `SENSORS` and `ACTUATORS`. Other
         columns are ignored with a warning.
     vehicle : Vehicle, optional
-        The vehicle of the flight. Needed for [[arm]], and for thrusts of rotors, rotor_command_1
-        and so on [N].
+        The vehicle of the flight. Needed for [[arm]], for thrusts of rotors, rotor_command_1 and so
+        on [N], and for commands of tendons, tendon_command_1 and so on [N, m].
     imu_position : array_like, shape (3,), optional
         Position of the accelerometer from the UAV's centre of mass, body axes [m].
 
@@ -274,7 +281,8 @@ def load_recording(
         inputs=np.stack([columns.get(each, nothing) for each in names.inputs], -1)
         if driven
         else None,
-        rotor_command=_rotor_command(path, columns, names.rotors),
+        rotor_command=_commands(path, columns, names.rotors),
+        tendon_command=_commands(path, columns, names.tendons),
         imu_position=checks.vector("imu_position", imu_position, 3),
         velocity=_table(columns, SENSORS["velocity"]),
         gyro=_table(columns, SENSORS["gyro"]),
@@ -306,8 +314,8 @@ def _attitude(path: str, columns: dict[str, Array]) -> Array:
     return unit
 
 
-def _rotor_command(path: str, columns: dict[str, Array], names: tuple[str, ...]) -> Array | None:
-    """Return thrusts (n, rotors) of all rotors, or None; InputError if some are missing."""
+def _commands(path: str, columns: dict[str, Array], names: tuple[str, ...]) -> Array | None:
+    """Return commands (n, names) of all rotors or tendons, or None; InputError if some miss."""
     missing = [name for name in names if name not in columns]
     if len(missing) == len(names):
         return None

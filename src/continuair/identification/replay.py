@@ -61,7 +61,8 @@ class Replay:
         self.layout = vehicle.layout
         _check_sections(vehicle, recording, test)
         _check_bends(vehicle, recording)
-        if test is None and recording.inputs is None and recording.rotor_command is None:
+        acting = recording.inputs, recording.rotor_command, recording.tendon_command
+        if test is None and all(each is None for each in acting):
             raise InputError(
                 "recording",
                 "has no column of inputs",
@@ -89,14 +90,15 @@ class Replay:
         """
         if self.test:
             return np.zeros(0)
-        motion, settled = first_motion(self.recording), self._settled[0]
-        if self.recording.rotor_command is None or not self._lags:
+        motion, commands = first_motion(self.recording), self.recording.rotor_command
+        if commands is None or not self._lags:
             return motion
+        settled = self._settled[0, : commands.shape[1]]
         return np.concatenate([motion, np.maximum(settled, _SLOWEST)])
 
     @property
     def _settled(self) -> Array:
-        """Speeds (1, rotors), over the largest, of the first row's commands."""
+        """Speeds (1, rotors), over the largest, of the first row's commands; states of tendons."""
         return self._flown.start.states[:, self.layout.state :]
 
     @property
@@ -196,12 +198,14 @@ class Replay:
 
 def _check_sections(vehicle: Vehicle, recording: Recording, test: str | None) -> None:
     """Raise InputError unless recording and test fit the vehicle's sections and actuators."""
-    if vehicle.tendons:
+    commands = recording.tendon_command
+    if commands is not None and commands.shape[1] != vehicle.tendons:
         raise InputError(
-            "vehicle",
-            f"{shown(vehicle.name)} has tendons, whose commands a recording does not hold",
-            "leave arm.tendon out, and record bend moments",
-        )
+            "tendon_command",
+            f"of the recording has {commands.shape[1]} columns, but the vehicle has "
+            f"{vehicle.tendons} tendons",
+            "load it with load_recording(path, vehicle)",
+        ).located(recording.name)
     if test is not None and vehicle.uav.rotors is not None:
         raise InputError(
             "test",
@@ -272,7 +276,7 @@ def _line(recording: Recording, values: Array, rates: Array) -> tuple[Array, Arr
 def _start(rows: Array, layout: Layout, speeds: Array) -> Start:
     """Return the initial states of runs, from rows of unknowns.
 
-    speeds (1, rotors): of rotors that have no unknowns.
+    speeds (1, states): of rotors, and states of tendons; the first ones may have unknowns.
     """
     attitude = Rotation.from_rotvec(rows[:, 3:6]).as_quat()
     held = rows.shape[1] - 2 * layout.coordinates
@@ -304,6 +308,8 @@ def _held(recording: Recording, layout: Layout) -> Scenario:
         acting = {name: held(rows[:, layout.of_input[name]]) for name in there}
     if recording.rotor_command is not None:
         acting["rotor_command"] = held(recording.rotor_command)
+    if recording.tendon_command is not None:
+        acting["tendon_command"] = held(recording.tendon_command)
     acting |= {"duration": times[-1], "jumps": tuple(times[1:-1])}
     return Scenario("recording", q[0], paper_rates(q, state, layout=layout)[0], **acting)
 

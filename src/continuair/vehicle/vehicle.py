@@ -437,6 +437,15 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     return read_vehicle(name_or_path)[0]
 
 
+def read_table(name_or_path: str | os.PathLike[str], name: str) -> tuple[object, str]:
+    """Return a table of a vehicle's file that is no field of the vehicle, and the file's name.
+
+    None if there is no such table. Raises InputError as `load_vehicle` if there is no such file.
+    """
+    file, fields = _PRESETS.read(name_or_path)
+    return fields.get(name), f"{file}"
+
+
 def read_vehicle(
     name_or_path: str | os.PathLike[str],
 ) -> tuple[Vehicle, dict[str, object], dict[str, Any], str]:

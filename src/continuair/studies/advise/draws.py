@@ -32,6 +32,9 @@ _FARTHEST = 4.0
 _FLOWN = 1.5
 """Largest factor at which a draw is flown: a batch flies as long as its lowest frequency needs."""
 
+_CLASSES = 16
+"""Classes of a field over whose means its share of the variance is taken."""
+
 _SHORT = 1e-3
 """Logarithm of a factor of frequencies too short for a secant."""
 
@@ -112,15 +115,20 @@ class Drawn:
         return errors, limits
 
     def _first_order(self, values: Array) -> Array:
-        """Return the squared rank correlation (fields,) of values (draws,) with each field.
+        """Return the first-order share (fields,) of each field in the variance of ranks (draws,).
 
-        It is the first-order share of the variance of ranks where these depend on it linearly.
+        It is the variance of the means over equal classes of the field, less what classes of random
+        draws have (Plischke, Borgonovo and Smith 2013, doi:10.1016/j.ejor.2012.11.047).
         """
         ranks = rankdata(np.nan_to_num(values, nan=np.inf))
         if np.ptp(ranks) == 0.0:
             return np.zeros(self.inputs.shape[1])
-        each = [np.corrcoef(rankdata(column), ranks)[0, 1] ** 2 for column in self.inputs.T]
-        return np.array(each)
+        means = [
+            ranks[np.argsort(column)].reshape(_CLASSES, -1).mean(1) for column in self.inputs.T
+        ]
+        share = np.var(means, axis=1) / np.var(ranks)
+        chance = (_CLASSES - 1) / (DRAWS - 1)
+        return np.clip((share - chance) / (1.0 - chance), 0.0, 1.0)
 
 
 def _alike(parts: dict[Model, Any]) -> list[list[Model]]:

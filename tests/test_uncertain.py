@@ -1,0 +1,133 @@
+"""Vehicles whose fields have errors: their files, their draws, and what is refused."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import continuair as ca
+from continuair.vehicle.uncertain import UncertainVehicle, band, load_uncertain
+from tests.refusals import refused
+
+PAPER = Path(ca.__file__).parent.joinpath("presets/paper.toml").read_text("utf-8")
+STIFF, MOUNT = "arm.youngs_modulus", "uav.mount.2"
+UNCERTAIN = {
+    "mass = 2.0  ": "mass = { value = 2.0, sd = 0.2 }  ",
+    "youngs_modulus = 207e9": "youngs_modulus = { value = 207e9, sd = 4e10 }",
+    "mount = [0.0, 0.0, 0.0]": "mount = [0.0, 0.0, { value = 0.0, sd = 0.01 }]",
+}
+
+
+def written(path: Path, changes: dict[str, str], after: str = "") -> Path:
+    """Write the paper's vehicle with some text replaced, and more after it."""
+    text = PAPER
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    path.write_text(text + after, "utf-8")
+    return path
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Return a vehicle's file with standard deviations."""
+    return written(tmp_path / "mine.toml", UNCERTAIN)
+
+
+def table(covariance: str, fields: str = f'["{STIFF}", "arm.density"]') -> str:
+    """Return the table of a covariance in a vehicle's file."""
+    return f"\n[uncertainty]\nfields = {fields}\ncovariance = {covariance}\nmodel_error = 0.004\n"
+
+
+def test_a_vehicle_is_that_of_the_medians(file: Path) -> None:
+    assert ca.load_vehicle(file) == ca.load_vehicle("paper")
+    found = load_uncertain(file)
+    assert found is not None and found.vehicle == ca.load_vehicle("paper")
+    assert load_uncertain("paper") is None
+
+
+def test_draws_have_the_medians_and_the_deviations_of_the_file(file: Path) -> None:
+    """Of logarithms, or of places."""
+    found = load_uncertain(file)
+    assert found is not None
+    values = dict(zip(found.fields, found.values(4096).T, strict=True))
+    assert set(values) == {"uav.mass", STIFF, MOUNT}
+    for name, median, sd in (("uav.mass", 2.0, 0.2), (STIFF, 207e9, 4e10)):
+        assert np.median(values[name]) == pytest.approx(median, rel=2e-3)
+        assert np.log(values[name]).std() == pytest.approx(sd / median, rel=1e-2)
+    assert abs(np.median(values[MOUNT])) < 1e-4
+    assert values[MOUNT].std() == pytest.approx(0.01, rel=1e-2)
+
+
+def test_draws_keep_the_correlations_of_a_covariance(tmp_path: Path) -> None:
+    path = written(tmp_path / "mine.toml", {}, table("[[0.01, -0.016], [-0.016, 0.04]]"))
+    found = load_uncertain(path)
+    assert found is not None and found.model_error == 0.004
+    drawn = np.cov(np.log(found.values(4096)).T)
+    assert drawn == pytest.approx(np.array([[0.01, -0.016], [-0.016, 0.04]]), rel=2e-2)
+
+
+def test_a_seed_repeats_draws_and_another_gives_others(file: Path) -> None:
+    found = load_uncertain(file)
+    assert found is not None
+    assert (found.values(64, 3) == found.values(64, 3)).all()
+    assert (found.values(64, 3) != found.values(64, 4)).all()
+    batch, values = found.draws(64, 3), found.values(64, 3)
+    assert batch.runs == 64
+    assert (np.asarray(batch.uav.mass) == values[:, found.fields.index("uav.mass")]).all()
+    assert (np.asarray(batch.uav.mount)[:, 2] == values[:, found.fields.index(MOUNT)]).all()
+
+
+def test_a_covariance_without_rank_is_drawn(tmp_path: Path) -> None:
+    path = written(tmp_path / "mine.toml", {}, table("[[0.01, 0.02], [0.02, 0.04]]"))
+    found = load_uncertain(path)
+    assert found is not None
+    first, second = np.log(found.values(64) / found.medians).T
+    assert second == pytest.approx(2.0 * first, abs=1e-6)
+
+
+def test_a_band_has_as_many_draws_below_as_above() -> None:
+    low, high = band(np.arange(101.0), 0.9)
+    assert (low, high) == pytest.approx((5.0, 95.0))
+    for level in (0.0, 1.0):
+        with refused("level"):
+            band([1.0, 2.0], level)
+
+
+@pytest.mark.parametrize(
+    ("changes", "after", "field"),
+    [
+        ({"mass = 2.0  ": "mass = { value = 2.0, sd = 2.5 }  "}, "", "uav.mass.sd"),
+        ({"mass = 2.0  ": "mass = { value = 2.0, sd = -1.0 }  "}, "", "uav.mass.sd"),
+        ({"mass = 2.0  ": 'mass = { value = 2.0, sd = "0.1" }  '}, "", "uav.mass.sd"),
+        ({"damping = 0.0 ": "damping = { value = 0.0, sd = 0.1 } "}, "", "arm.damping"),
+        ({}, table("[[0.01, 0.0], [0.0, -0.04]]"), "uncertainty.covariance"),
+        ({}, table("[[0.01, 0.03], [0.03, 0.04]]"), "uncertainty.covariance"),
+        ({}, table("[[0.01, 0.01], [0.0, 0.04]]"), "uncertainty.covariance"),
+        ({}, table("[[0.01]]"), "uncertainty.covariance"),
+        ({}, table('"much"'), "uncertainty.covariance"),
+        ({}, table("[[0.01]]", '["arm.stiffness"]'), "uncertainty.fields"),
+        ({}, table("[[0.01]]", '["name"]'), "uncertainty.fields"),
+        ({}, table("[[0.01]]", '"arm.density"'), "uncertainty.fields"),
+        ({}, table("[[0.1, 0], [0, 0.1]]", f'["{STIFF}", "{STIFF}"]'), "uncertainty.fields"),
+        ({}, "\n[uncertainty]\nsd = 1.0\n", "uncertainty"),
+        (UNCERTAIN, table("[[0.01]]", f'["{STIFF}"]'), STIFF),
+    ],
+)
+def test_errors_that_cannot_be_used_are_refused(
+    tmp_path: Path, changes: dict[str, str], after: str, field: str
+) -> None:
+    path = written(tmp_path / "mine.toml", changes, after)
+    with refused(field, place=path):
+        load_uncertain(path)
+
+
+def test_a_field_with_an_error_is_one_that_the_vehicle_has() -> None:
+    with refused("uncertainty.fields"):
+        UncertainVehicle(ca.load_vehicle("paper"), ("arm.radius.value",), [[0.01]])
+    with refused("uncertainty.covariance"):
+        UncertainVehicle(ca.load_vehicle("paper"), (), np.zeros((0, 0)))
+    assert not re.search("sd", str(ca.load_vehicle("paper").describe()))
