@@ -21,6 +21,7 @@ from continuair.studies.advise.verdicts import TASKS
 from continuair.studies.excited_flights import Loop, flown_errors
 from continuair.studies.tables import number_below
 from continuair.typing import Array, Model
+from continuair.vehicle.runs import take
 from continuair.vehicle.uncertain import DRAWS, UncertainVehicle, band
 
 AGREE = 0.95
@@ -31,6 +32,9 @@ _FARTHEST = 4.0
 
 _FLOWN = 1.5
 """Largest factor at which a draw is flown: a batch flies as long as its lowest frequency needs."""
+
+_LONG, _FEW = 200.0, 32
+"""Clamped periods of a flight from which so few draws fly it."""
 
 _CLASSES = 16
 """Classes of a field over whose means its share of the variance is taken."""
@@ -51,10 +55,16 @@ class Drawn:
         self.clamped = np.asarray(excited_arm(self.batch).frequency) / (2.0 * np.pi)
 
     def errors(self, name: str, hertz: Any, models: Sequence[Model]) -> dict[Model, Array]:
-        """Return the errors (draws,) of models at frequencies [Hz], one for all or one for each."""
+        """Return the errors of models at frequencies [Hz], one for all or one for each draw.
+
+        Of all draws (draws,), or of the first few where a flight is long.
+        """
         ratio = np.broadcast_to(np.asarray(hertz) / self.clamped, (DRAWS,))
         (_, periods), *_rest = together(name, np.array([ratio.min()]), self.loop)
-        found = flown_errors(self.batch, name, ratio, self.loop, periods, models, check=False)
+        batch = self.batch
+        if periods > _LONG:
+            batch, ratio = take(batch, np.arange(_FEW)), ratio[:_FEW]
+        found = flown_errors(batch, name, ratio, self.loop, periods, models, check=False)
         return {model: found[model] for model in models}
 
     def excitation(self, name: str, parts: dict[Model, Any]) -> dict[Model, dict[str, Any]]:
@@ -67,15 +77,22 @@ class Drawn:
             first = parts[models[0]]["limit_hz"]
             if first is not None and np.isfinite(first):
                 errors, limits = self._limits(name, parts, models)
-                agree = {model: np.ones(DRAWS, bool) for model in models}
+                agree = {model: np.ones(1, bool) for model in models}
                 found |= {m: self._told(errors[m], agree[m], limits[m]) for m in models}
                 continue
-            errors = self.errors(name, _deciding(parts[models[0]], self.clamped), models)
-            for model in models:
-                median = parts[model]["tolerable"] if first is None else np.isinf(first)
-                agree = (errors[model] <= self.tolerance) == median
-                found[model] = self._told(errors[model], agree, None)
+            at = _deciding(parts[models[0]], self.clamped)
+            none = first is None
+            medians = {m: parts[m]["tolerable"] if none else np.isinf(first) for m in models}
+            found |= self._agreed(name, at, medians)
         return {model: found[model] for model in parts}
+
+    def _agreed(self, name: str, hertz: Any, medians: dict[Model, Any]) -> dict[Model, Any]:
+        """Return what draws say of what the medians tolerate, or do not, at a frequency [Hz]."""
+        errors = self.errors(name, hertz, tuple(medians))
+        return {
+            model: self._told(errors[model], (errors[model] <= self.tolerance) == each, None)
+            for model, each in medians.items()
+        }
 
     def _told(self, errors: Array, agree: Array, limits: Array | None) -> dict[str, Any]:
         """Return errors, agreement and limits (draws,) as plain numbers."""
@@ -84,8 +101,8 @@ class Drawn:
         return {
             "error_band": band(np.where(np.isfinite(errors), errors, np.nan)).tolist(),
             "limit_band_hz": None if limits is None else band(limits).tolist(),
-            "limits_hz": None if limits is None else limits.tolist(),
-            "agree": agree.tolist(),
+            "limits_hz": None if limits is None else np.resize(limits, DRAWS).tolist(),
+            "agree": np.resize(agree, DRAWS).tolist(),
             "sensitivity": dict(shares),
         }
 
@@ -104,13 +121,16 @@ class Drawn:
         slopes = {m: max(_slope(parts[m], parts[m]["limit_hz"]), _LEAST_SLOPE) for m in models}
         steps = [(goal - value[model]) / slopes[model] for model in models]
         step = np.clip(np.mean(steps, axis=0), -np.log(_FLOWN), np.log(_FLOWN))
-        second = self.errors(name, first * np.exp(step), models)
+        second = self.errors(name, first * np.exp(np.resize(step, DRAWS)), models)
         limits = {}
         for model in models:
-            rise = _log(second[model]) - value[model]
-            steep = np.abs(step) > _SHORT
-            secant = np.divide(rise, step, out=np.full(DRAWS, slopes[model]), where=steep)
-            moved = (goal - value[model]) / np.maximum(secant, _LEAST_SLOPE)
+            # Either flight may be a long one, which only the first draws fly.
+            some = min(len(step), len(second[model]))
+            start, aside = value[model][:some], step[:some]
+            rise = _log(second[model][:some]) - start
+            usual = np.full(some, slopes[model])
+            secant = np.divide(rise, aside, out=usual, where=np.abs(aside) > _SHORT)
+            moved = (goal - start) / np.maximum(secant, _LEAST_SLOPE)
             limits[model] = first * np.exp(np.clip(moved, -most, most))
         return errors, limits
 
@@ -123,11 +143,10 @@ class Drawn:
         ranks = rankdata(np.nan_to_num(values, nan=np.inf))
         if np.ptp(ranks) == 0.0:
             return np.zeros(self.inputs.shape[1])
-        means = [
-            ranks[np.argsort(column)].reshape(_CLASSES, -1).mean(1) for column in self.inputs.T
-        ]
+        order = np.argsort(self.inputs[: len(ranks)], axis=0).T
+        means = ranks[order].reshape(len(order), _CLASSES, -1).mean(axis=-1)
         share = np.var(means, axis=1) / np.var(ranks)
-        chance = (_CLASSES - 1) / (DRAWS - 1)
+        chance = (_CLASSES - 1) / (len(ranks) - 1)
         return np.clip((share - chance) / (1.0 - chance), 0.0, 1.0)
 
 
@@ -138,8 +157,9 @@ def _alike(parts: dict[Model, Any]) -> list[list[Model]]:
     near = bool(finite) and max(finite) <= _FLOWN * min(finite)
     for model, part in parts.items():
         limit = part["limit_hz"]
-        shared = limit is None or (near and _is_finite(limit))
-        groups.setdefault("shared" if shared else model, []).append(model)
+        shared = limit is None or np.isnan(limit) or (near and np.isfinite(limit))
+        key = f"{_is_finite(limit)}" if shared else model
+        groups.setdefault(key, []).append(model)
     return list(groups.values())
 
 
@@ -224,8 +244,8 @@ def _settle(entry: dict[str, Any], parts: dict[str, Any]) -> None:
     if share < AGREE:
         entry["scope"] = "undecided"
         entry["text"] = (
-            f"cannot tell: {percent(share)} of {len(agree)} draws agree that {entry['text']}; "
-            f"measure {field} better, on which {decides} hangs most"
+            f'cannot tell: {percent(share)} of the draws agree on "{entry["text"]}"; measure '
+            f"{field} better, on which {decides} hangs most"
         )
         return
     entry["text"] += f"; {percent(share)} of the draws agree"
