@@ -19,6 +19,7 @@ from pages import RESULTS, ROOT, save_results, table
 import continuair as ca
 from continuair.identification import (
     Bench,
+    JointFit,
     Releases,
     fit_jointly,
     load_releases,
@@ -73,7 +74,8 @@ ORDERS = {
     "linear strain": [("body", LENGTH, "strain = { bending = 1 }")],
     "quadratic strain": [("body", LENGTH, "strain = { bending = 2 }")],
 }
-BEST = "linear strain"
+PATH = "arm.trunk.section."
+LINEAR = "linear strain"
 MASSES = (0.1, 1.0)
 FITTED, UNSEEN, CIRCLE = "manual_decay_200g", "manual_decay_300g", "circle_decay_200g"
 PAYLOADS = {FITTED: 0.2, UNSEEN: 0.3, CIRCLE: 0.2}
@@ -103,22 +105,43 @@ def read(data: Path) -> dict[str, Releases]:
     return found
 
 
-def compare(order: str, recordings: dict[str, Releases], changes: dict[str, Any]) -> dict[str, Any]:
-    """Fit an order to the first recording, and return what it says of all."""
-    start = vehicle_of(order).replace(changes)
-    path = "arm.trunk.section."
+def fields_of(order: str) -> list[str]:
+    """Return the fields that are fitted: stiffness and damping of every section."""
     names = [name for name, _, _ in ORDERS[order]]
-    fields = [f"{path}{name}.{of}" for name in names for of in ("bending_stiffness", "damping")]
-    fit = fit_jointly(start, [recordings[FITTED]], fields)
+    return [f"{PATH}{name}.{of}" for name in names for of in ("bending_stiffness", "damping")]
+
+
+def compare(
+    order: str, recordings: dict[str, Releases], changes: dict[str, Any]
+) -> dict[str, Any] | None:
+    """Fit an order to the first recording, and return what it says of all; None if it stops."""
+    start = vehicle_of(order).replace(changes)
+    try:
+        fit = fit_jointly(start, [recordings[FITTED]], fields_of(order))
+    except ca.InputError as error:
+        print(order, error)
+        return None
     rows = {name: predicted(fit.vehicle, each) for name, each in recordings.items()}
     estimates = {
-        name.removeprefix(path): [value, error]
+        name.removeprefix(PATH): [value, error]
         for name, value, error in zip(
             fit.fields, fit.values.tolist(), fit.errors.tolist(), strict=True
         )
     }
     print(order, changes, estimates)
     return {"fit": fit, "estimates": estimates, "recordings": rows}
+
+
+def best_of(found: dict[str, Any]) -> str:
+    """Return the order with the least error in the releases that were fitted."""
+    return min(found, key=lambda order: found[order]["recordings"][FITTED]["error_mm"])
+
+
+def write_vehicle(name: str, fit: JointFit, told: str) -> None:
+    """Write a fitted vehicle with its bench and its errors."""
+    beside = {BENCH: BENCH_OF_TRUNK.describe(), UNCERTAINTY: fit.uncertainty}
+    text = as_toml(fit.vehicle, [f"Fitted to {told} by validation/trunk.py."], beside)
+    (RESULTS / name).write_text(text, encoding="utf-8")
 
 
 def predicted(vehicle: ca.Vehicle, releases: Releases) -> dict[str, Any] | None:
@@ -164,7 +187,8 @@ def by_model(found: dict[str, Any], name: str) -> str:
 
 def page(found: dict[str, Any], masses: dict[float, Any], recordings: dict[str, Releases]) -> str:
     """Return the page."""
-    best = found[BEST]["recordings"]
+    order = best_of(found)
+    best = found[order]["recordings"]
     estimates = [
         [label, field, f"{value:.3g} ± {error:.2g}"]
         for label, each in found.items()
@@ -186,7 +210,8 @@ def page(found: dict[str, Any], masses: dict[float, Any], recordings: dict[str, 
         (ROOT / "validation" / "trunk.md.in")
         .read_text(encoding="utf-8")
         .format(
-            best=BEST,
+            best=order,
+            unfitted=", ".join(name for name in ORDERS if name not in found) or "none",
             frequency=f"{frequency['predicted']:.3g}",
             frequency_measured=f"{frequency['measured']:.3g} ± {frequency['standard_error']:.2g}",
             damping=f"{row['damping_ratio']['predicted']:.3g}",
@@ -235,7 +260,7 @@ def draw(found: dict[str, Any], releases: Releases) -> None:
 
     figure, axes = plt.subplots(2, 3, figsize=(9.0, 5.0), sharex=True, sharey=True)
     models = {label: each["fit"].vehicle for label, each in found.items()}
-    measured = releases.measured(models[BEST])
+    measured = releases.measured(models[LINEAR])
     predicted = {
         label: releases.predictor(vehicle)(vehicle)[0] for label, vehicle in models.items()
     }
@@ -270,11 +295,12 @@ def main() -> None:
         print(f"Skips the releases of the trunk: {data} has no folder trunk.")
         return
     recordings = read(data)
-    found = {order: compare(order, recordings, {}) for order in ORDERS}
-    masses = {0.3: found[BEST]}
+    tried = {order: compare(order, recordings, {}) for order in ORDERS}
+    found = {order: each for order, each in tried.items() if each is not None}
+    masses = {0.3: found[LINEAR]}
     for mass in MASSES:
-        change = {"arm.trunk.section.body.mass_per_length": mass}
-        masses[mass] = compare(BEST, recordings, change)
+        change = {f"{PATH}body.mass_per_length": mass}
+        masses[mass] = compare(LINEAR, recordings, change) or masses[0.3]
     PAGE.parent.mkdir(exist_ok=True)
     PAGE.write_text(page(found, dict(sorted(masses.items())), recordings), encoding="utf-8")
     draw(found, recordings[UNSEEN])
@@ -283,10 +309,11 @@ def main() -> None:
         for label, each in found.items()
     }
     save_results("trunk", kept)
-    best = found[BEST]["fit"]
-    beside = {BENCH: BENCH_OF_TRUNK.describe(), UNCERTAINTY: best.uncertainty}
-    text = as_toml(best.vehicle, ["Fitted to releases by hand with 200 g; see trunk.py."], beside)
-    (RESULTS / "trunk.toml").write_text(text, encoding="utf-8")
+    order = best_of(found)
+    write_vehicle("trunk_200g.toml", found[order]["fit"], "releases by hand with 200 g")
+    by_hand = [recordings[FITTED], recordings[UNSEEN]]
+    both = fit_jointly(vehicle_of(order), by_hand, fields_of(order))
+    write_vehicle("trunk.toml", both, "releases by hand with 200 g and 300 g")
 
 
 if __name__ == "__main__":

@@ -73,6 +73,9 @@ if TYPE_CHECKING:
     from continuair.terms.term import Term as Term
     from continuair.vehicle.camera import Camera as Camera
     from continuair.vehicle.section import Section as Section
+    from continuair.vehicle.uncertain import UncertainVehicle as UncertainVehicle
+    from continuair.vehicle.uncertain import band as band
+    from continuair.vehicle.uncertain import load_uncertain as load_uncertain
     from continuair.vehicle.vehicle import Vehicle as Vehicle
     from continuair.vehicle.vehicle import load_vehicle as load_vehicle
     from continuair.vehicle.vehicle import preset_names as preset_names
@@ -82,6 +85,9 @@ if TYPE_CHECKING:
 _HOME = {
     "ContinuairWarning": "errors",
     "InputError": "errors",
+    "UncertainVehicle": "vehicle.uncertain",
+    "band": "vehicle.uncertain",
+    "load_uncertain": "vehicle.uncertain",
     "Vehicle": "vehicle.vehicle",
     "load_vehicle": "vehicle.vehicle",
     "preset_names": "vehicle.vehicle",

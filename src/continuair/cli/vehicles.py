@@ -51,9 +51,10 @@ def check(
 
     The lines "beam" are those of an Euler-Bernoulli beam, with the error of constant curvature.
     """
+    from continuair.vehicle.uncertain import load_uncertain
     from continuair.vehicle.vehicle import load_vehicle
 
-    vehicle = load_vehicle(file)
+    vehicle, uncertain = load_vehicle(file), load_uncertain(file)
     with progress_bar() as progress:
         progress(0, 1, "finding rest, modes and steps")
         from continuair.analysis.plausible import doubts
@@ -61,10 +62,13 @@ def check(
         # First of all: what is hardly meant may have no rest, modes or steps.
         for doubt in doubts(vehicle):
             typer.echo(f"Warning: {doubt}", err=True)
-        from continuair.studies.check import MODES, at_rest, facts, modes_of
+        from continuair.studies.check import BANDS, MODES, at_rest, bands_of, facts, modes_of
 
         rest = at_rest(vehicle)
         known, found = facts(vehicle, rest), modes_of(vehicle, rest)
+        bands = bands_of(uncertain) if uncertain else []
     print_table([f"vehicle {vehicle.name}", ""], [list(line) for line in known])
     if found:
         print_table(list(MODES), [list(line) for line in found])
+    if bands:
+        print_table(list(BANDS), [list(line) for line in bands])

@@ -20,12 +20,18 @@ from continuair.vehicle.bending import evenly_bent
 from continuair.vehicle.coordinates import bends_of
 from continuair.vehicle.rotors import Rotors
 from continuair.vehicle.tendon import section_of
+from continuair.vehicle.uncertain import UncertainVehicle, band
 from continuair.vehicle.vehicle import Vehicle
 
 Lines = list[tuple[str, ...]]
 
 MODES = ("modes", "rad/s", "lowest Hz", "damping")
 """Columns of `modes_of`."""
+
+BANDS = ("of the uncertain vehicle", "median", "90 % of the draws")
+"""Columns of `bands_of`."""
+
+_DRAWS = 64
 
 PHASE = 0.2
 """Of the fastest mode in a fixed step of RK4 that follows it [rad]."""
@@ -84,6 +90,28 @@ def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
         for base in ("clamped", "hovering"):
             lines.append((base, *_told(vehicle, rest.q, base, 9.81)))
     return lines
+
+
+def bands_of(uncertain: UncertainVehicle) -> Lines:
+    """Return mass, lowest clamped frequency and damping of the median and of 90 % of the draws."""
+    batch, straight = uncertain.draws(_DRAWS), np.zeros(uncertain.vehicle.layout.coordinates)
+
+    def of(vehicle: Vehicle) -> tuple[float, float, float]:
+        mass = float(vehicle.mass)
+        if not vehicle.arms:
+            return mass, np.nan, np.nan
+        found = modes(vehicle, straight, base="clamped", gravity=0.0)
+        return mass, float(found.frequencies[0]) / (2.0 * pi), float(found.damping[0])
+
+    median = of(uncertain.vehicle)
+    low, high = band([of(batch.select(run)) for run in range(_DRAWS)])
+    names = ("mass [kg]", "lowest clamped frequency [Hz]", "its damping ratio")
+    every = zip(names, median, low.tolist(), high.tolist(), strict=True)
+    return [
+        (name, f"{middle:.4g}", f"{least:.4g} to {most:.4g}")
+        for name, middle, least, most in every
+        if np.isfinite(middle)
+    ]
 
 
 def _of_sections(vehicle: Vehicle) -> Lines:
