@@ -241,6 +241,7 @@ _TENDONS = """\
 # [[arm.tendon]]
 # angles = [0.0, 2.0944, 4.1888]  # rad, about the backbone, from x towards y
 # offset = 0.01  # m, from the backbone; [0.02, 0.01] for tendons that converge
+# turn = 0.0  # rad, about the backbone from the base to their end: helical tendons
 # section = "0"  # in which they end; the last if left out
 # end = 0.1  # m, along that section; its length if left out
 # guides = "channel"  # or "disks": straight from disk to disk
