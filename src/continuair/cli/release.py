@@ -25,7 +25,7 @@ JsonToOutput = Annotated[
 
 
 @app.command(
-    epilog="Example: continuair fit-release R.csv --payload 0.2 --vehicle V.toml --out F.toml"
+    epilog="Example: continuair fit-release R.csv --payload 0.2 --vehicle V.toml --out F"
 )
 def fit_release(
     files: Annotated[
