@@ -18,6 +18,7 @@ from amiri2026.table.printed import (
     STOPPED,
 )
 from continuair.device import OPTIONS
+from continuair.engine import numpy_type
 
 Real = wp.float64
 vec3 = wp.types.vector(length=3, dtype=Real)
@@ -347,4 +348,4 @@ def fly_kernel(
 
 def structure() -> np.dtype:
     """Return the struct of a job, as NumPy sees it."""
-    return Job.numpy_dtype()
+    return numpy_type(Job)

@@ -24,9 +24,7 @@ JsonToOutput = Annotated[
 ]
 
 
-@app.command(
-    epilog="Example: continuair fit-release R.csv --payload 0.2 --vehicle V.toml --out F"
-)
+@app.command(epilog="Example: continuair fit-release R.csv --payload 0.2 --vehicle V.toml --out F")
 def fit_release(
     files: Annotated[
         list[Path],

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from continuair.engine.compiling import made_once as made_once
     from continuair.engine.compiling import start_warp as start_warp
     from continuair.engine.lanes import structs as structs
+    from continuair.engine.struct_types import numpy_type as numpy_type
 
 __getattr__, __dir__, __all__ = lazy.names(
     __name__,
@@ -18,5 +19,6 @@ __getattr__, __dir__, __all__ = lazy.names(
             "start_warp",
         ),
         "lanes": ("structs",),
+        "struct_types": ("numpy_type",),
     },
 )

@@ -44,8 +44,8 @@ def structs(rows: Array, Struct: object, device: str) -> object:
 
     Notes
     -----
-    The rows' address is given and not the rows: for those, Warp has NumPy read its type anew from a
-    text, whose parser fails now and then where several threads use it at once (CPython 106905).
+    The rows' address is given and not the rows, whose type Warp would compare with a text, as
+    `numpy_type` of struct_types.py does not.
     """
     source: Any = wp.array(
         ptr=rows.ctypes.data, dtype=cast("Any", Struct), shape=rows.shape, device="cpu"

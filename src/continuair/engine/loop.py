@@ -16,6 +16,7 @@ from continuair.engine.factory import Closing, LoopKernels, closed_loop, packed_
 from continuair.engine.lanes import packs_of, struct_rows
 from continuair.engine.law_made import Law, made_for_packs, made_law
 from continuair.engine.pack import tree_of
+from continuair.engine.struct_types import numpy_type
 from continuair.errors import InputError, shown
 from continuair.kernels.integrators import TSIT5
 from continuair.terms import name_of
@@ -301,7 +302,7 @@ def watch(
 def pack_cameras(vehicle: Vehicle, Camera: Any) -> Array:
     """Return the structured cameras (runs or 1,) of a vehicle."""
     runs, camera = vehicle.runs or 1, vehicle.camera
-    packed = np.zeros(runs, dtype=Camera.numpy_dtype())
+    packed = np.zeros(runs, dtype=numpy_type(Camera))
     packed["focal"] = per_run(camera.focal_length, runs, 2)
     packed["principal"] = per_run(camera.principal_point, runs, 2)
     packed["size"] = per_run(camera.image_size, runs, 2)
@@ -334,7 +335,7 @@ def _check_memory(controller: Controller, kernels: LoopKernels) -> None:
 
 def pack_gains(controller: Controller, Gains: Any, points: int) -> Array:
     """Return structured gains (runs or 1,); raise InputError if they do not fit the law."""
-    packed = np.zeros(controller.runs or 1, dtype=Gains.numpy_dtype())
+    packed = np.zeros(controller.runs or 1, dtype=numpy_type(Gains))
     expected = packed.dtype.names or ()
     given = controller.gains
     for name in sorted(set(expected) ^ set(given)):

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from continuair.device.types import Tree
+from continuair.engine.struct_types import numpy_type
 from continuair.sections import kind_of
 from continuair.terms import compiled_terms, pack_terms, terms_of
 from continuair.vehicle.arms import ArmChain
@@ -100,7 +101,7 @@ def _wide(table: Array, columns: int) -> Array:
 def pack_plants(vehicle: Vehicle, Plant: Any) -> Array:
     """Return structured parameters (vehicles,) of the type Plant."""
     runs, uav, arms = vehicle.runs or 1, vehicle.uav, vehicle.arms
-    plants = np.zeros(runs, dtype=Plant.numpy_dtype())
+    plants = np.zeros(runs, dtype=numpy_type(Plant))
     plants["uav_mass"] = per_run(uav.mass, runs)
     plants["uav_inertia"] = per_run(uav.inertia, runs, 3, 3)
     plants["mass"] = per_run(vehicle.mass, runs)

@@ -13,6 +13,7 @@ from continuair.device.numbers import LANES, NARROW, Numbers
 from continuair.device.probe import PROBED, TERMS, WIDTH, probe_kernel, wide_registers
 from continuair.engine.compiling import load, made_once
 from continuair.engine.lanes import packs_of, struct_rows, table_rows
+from continuair.engine.struct_types import numpy_type
 from continuair.errors import ContinuairWarning
 
 Array = np.ndarray
@@ -111,7 +112,7 @@ def _trial(precision: str) -> tuple[Array, Array, Array]:
     rng = np.random.default_rng(20260218)
     attitude = rng.normal(size=(_RUNS, 4))
     attitude /= np.linalg.norm(attitude, axis=1, keepdims=True)
-    bodies = np.zeros(_RUNS, Single.numpy_dtype())
+    bodies = np.zeros(_RUNS, numpy_type(Single))
     bodies["attitude"], bodies["inertia"] = attitude, rng.normal(size=(_RUNS, 3, 3))
     table, angles = rng.normal(size=(_RUNS, TERMS, WIDTH)), np.linspace(-3.0, 7.0, _RUNS)[:, None]
     return bodies, table.astype(precision).astype(float), angles.astype(precision).astype(float)

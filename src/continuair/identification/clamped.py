@@ -42,6 +42,8 @@ _CHANGE = 1e-4
 """Change of a start for differences, where 1 bends the arm by about a radian."""
 
 _PRECISION = 1e-5
+"""Relative error of a step of the flights."""
+
 _CLOSE = 1e-5
 """Relative change of the squared misses of a shape at which its search ends."""
 
