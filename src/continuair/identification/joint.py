@@ -109,7 +109,7 @@ class JointFit:
     degrees_of_freedom : float
         Of Student's t for the difference from the truth over the standard error.
     rms : dict of str to float
-        Root mean square of what is left over of each recording [m].
+        Root mean square of what is left over of each recording, per coordinate [m].
     free : tuple of dict
         Combinations of fields that the recordings leave free: field to share, of length 1.
     converged : bool
@@ -130,7 +130,8 @@ class JointFit:
     def uncertainty(self) -> dict[str, object]:
         """Return the `[uncertainty]` of a vehicle's file; {} if nothing is known.
 
-        Draws of it are normal, with the variance of Student's t.
+        Draws of it are normal, with the variance of Student's t. The model's error is the distance
+        of markers, of which `rms` is that of one coordinate.
         """
         known = np.flatnonzero(np.isfinite(np.diag(self.covariance)))
         if not len(known) or not self.degrees_of_freedom > 2.0:
@@ -139,7 +140,7 @@ class JointFit:
         return {
             "fields": [self.fields[index] for index in known],
             "covariance": (wider * self.covariance[np.ix_(known, known)]).tolist(),
-            "model_error": max(self.rms.values()),
+            "model_error": float(np.sqrt(3.0)) * max(self.rms.values()),
         }
 
 

@@ -79,7 +79,7 @@ def covariance(
     -----
     Independent: that of an M-estimator (Huber 1981, chapter 7). Else: that of a jackknife over the
     groups, of which each is left out in turn, by one Newton step (CR3; Bell and McCaffrey 2002),
-    with a degree of freedom less than groups.
+    with one degree of freedom less than there are groups.
     """
     weight = 1.0 / np.sqrt(1.0 + (residuals / LINEAR) ** 2)
     scores, curved = weight * residuals, slopes * (weight**3)[:, None]

@@ -40,7 +40,7 @@ class UncertainVehicle(Immutable):
     covariance : array_like, shape (fields, fields)
         Covariance of logarithms, or of places [m²].
     model_error : float, optional
-        Root mean square of what the fit of these fields left over [m], the error of the model.
+        Root mean square distance of markers from the fit of these fields [m], the model's error.
 
     Raises
     ------
