@@ -42,7 +42,7 @@ BEAM = (study.BEAM_CONSTANT, 22.034492)
 
 LOAD, TURNS = 5.0, 3
 LEAST_RUNS, STEPS = 64, 500_000
-"""Flights that are timed at once: at least so many, and with about so many steps in all."""
+"""Least number of flights that are timed at once, and about how many steps they take together."""
 
 
 def main(parts: list[str]) -> None:

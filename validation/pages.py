@@ -1,4 +1,4 @@
-"""What the scripts of the validation pages share: fits to static poses, errors, and tables."""
+"""Functions of several validation scripts: fits to static poses, errors, and tables."""
 
 from __future__ import annotations
 

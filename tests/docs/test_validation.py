@@ -13,7 +13,7 @@ OF_DATA = ("trunk", "tentacle")
 
 
 def written() -> dict[Path, int]:
-    """What the scripts write by default, and when that was."""
+    """Return the files that the scripts write by default, with the times of their last change."""
     folders = ROOT / "docs" / "validation", ROOT / "docs" / "images", ROOT / "validation"
     return {
         path: path.stat().st_mtime_ns

@@ -1,4 +1,4 @@
-"""What a fit says of its fields' errors reaches the vehicle's file, and is as estimates scatter."""
+"""Standard errors of a fit are written to the vehicle's file and agree with the scatter of fits."""
 
 from pathlib import Path
 

@@ -54,7 +54,8 @@ def check(
     from continuair.vehicle.uncertain import load_uncertain
     from continuair.vehicle.vehicle import load_vehicle
 
-    vehicle, uncertain = load_vehicle(file), load_uncertain(file)
+    uncertain = load_uncertain(file)
+    vehicle = uncertain.vehicle if uncertain else load_vehicle(file)
     with progress_bar() as progress:
         progress(0, 1, "finding rest, modes and steps")
         from continuair.analysis.plausible import doubts

@@ -11,6 +11,7 @@ import xarray as xr
 from scipy.optimize import least_squares
 
 from continuair.analysis.backbone import along_at
+from continuair.flight.rotors import still
 from continuair.flight.simulate import simulate
 from continuair.identification.bench import Bench, markers_of
 from continuair.scenario.payload import Payload
@@ -175,6 +176,7 @@ class Clamped:
         q[:, layout.polar] = polar_of_bends(bend, layout)
         weight = GRAVITY * (per_run(vehicle.mass, runs) + self.payload)
         centre = self.bench.payload_centre
+        inputs: dict[str, Any] = {**still(vehicle), **self.inputs}
         scenario = Scenario(
             "clamped arm",
             q,
@@ -184,8 +186,7 @@ class Clamped:
             gravity=GRAVITY,
             payload=Payload(mass=self.payload, centre=centre) if self.payload else None,
             jumps=tuple((np.arange(1, samples - 1) / self.rate).tolist()) if self.inputs else (),
-            **_still(vehicle),
-            **self.inputs,
+            **inputs,
         )
         return simulate(
             vehicle,
@@ -255,12 +256,6 @@ def _shape(arm: ArmChain, at: Array, points: Array) -> Array:
     # At exactly 0 a bend has no direction.
     found: Array = least_squares(left, np.full(count, 1e-3), slopes, ftol=_CLOSE).x / reach
     return found
-
-
-def _still(vehicle: Vehicle) -> dict[str, Any]:
-    """Return the commands of rotors that stand still."""
-    rotors = vehicle.uav.rotors
-    return {} if rotors is None else {"rotor_command": np.zeros(rotors.count)}
 
 
 def _markers(vehicle: Vehicle, at: Array, bend: Array) -> Array:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from continuair.errors import InputError, nearest
 from continuair.typing import Array
 from continuair.vehicle.arms import ArmChain
+from continuair.vehicle.deviations import is_place
 from continuair.vehicle.section import Section
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
@@ -105,7 +106,7 @@ def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
             raise InputError(
                 "fit", f"has {name}, which cannot be fitted", f"{nearest(name, known)}"
             )
-        if not known[name] and not _is_place(name):
+        if not known[name] and not is_place(name):
             raise InputError(
                 name,
                 f"is {known[name] or 0:g}, but is fitted as a factor",
@@ -115,13 +116,7 @@ def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
     if repeated:
         raise InputError("fit", f"has {min(repeated)} twice", "name every field once")
     start = np.array([float(known[name] or 0.0) for name in names])
-    return Fitted(vehicle, tuple(names), start, np.array([_is_place(name) for name in names]))
-
-
-def _is_place(name: str) -> bool:
-    """Return whether a field is a coordinate of a position, whatever the names of arms."""
-    *_, of, last = name.split(".")
-    return last.isdecimal() and of in ("mount", "centre")
+    return Fitted(vehicle, tuple(names), start, np.array([is_place(name) for name in names]))
 
 
 def _sections(vehicle: Vehicle) -> dict[str, Section]:

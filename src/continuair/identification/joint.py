@@ -43,7 +43,7 @@ _NULL = 1e-6
 class Measurement(Protocol):
     """A recording that a vehicle can be fitted to."""
 
-    # A Protocol's own signature, (*args, **kwargs), is none to document.
+    # Replaces the signature (*args, **kwargs) of a Protocol, which would have to be documented.
     def __init__(self) -> None: ...
 
     @property

@@ -1,4 +1,4 @@
-"""Standard deviations of fields in a vehicle's file, and its plain fields."""
+"""Standard deviations of fields in a vehicle's file, its plain fields, and which are places."""
 
 from __future__ import annotations
 
@@ -26,3 +26,9 @@ def _split(items: Iterable[tuple[Any, Any]], path: str, made: Any) -> tuple[Any,
         plain.append((name, found))
         deviations |= inside
     return made(plain), deviations
+
+
+def is_place(name: str) -> bool:
+    """Return whether a field is a coordinate of a mount or of a centre of mass."""
+    *_, of, last = ["", *name.split(".")]
+    return last.isdecimal() and of in ("mount", "centre")

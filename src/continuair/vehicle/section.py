@@ -320,7 +320,7 @@ class Section(NamedPart):
 
     @property
     def mean_radius(self) -> float:
-        """Return the mean radius of the backbone [m]; raise InputError if there is none."""
+        """Return the mean radius of the backbone [m]; raise InputError if no radius is given."""
         return cast(float, mean_power(self.radii(), 1)) if self.tapered else self.radius
 
     @property

@@ -14,13 +14,13 @@ from continuair import checks
 from continuair.errors import InputError, shown
 from continuair.immutable import Immutable
 from continuair.typing import Array, ArrayLike
+from continuair.vehicle.deviations import is_place
 from continuair.vehicle.vehicle import UNCERTAINTY, Vehicle, read_vehicle
 from continuair.warning import untold
 
 DRAWS = 256
 """Vehicles that are drawn by default."""
 
-_PLACES = ("mount", "centre")
 _MOST_DRAWS = 100_000
 
 
@@ -108,7 +108,7 @@ class UncertainVehicle(Immutable):
         covariance = np.asarray(self.covariance)
         values, vectors = np.linalg.eigh(covariance)
         moved = norm.ppf(uniform) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
-        places = np.array([_is_place(name) for name in self.fields])
+        places = np.array([is_place(name) for name in self.fields])
         grown = self.medians * np.exp(np.where(places, 0.0, moved))
         found: Array = np.where(places, self.medians + moved, grown)
         return found
@@ -225,7 +225,7 @@ def _of_table(table: Mapping[str, Any]) -> tuple[tuple[str, ...], Array]:
 def _variance(vehicle: Vehicle, name: str, sd: object) -> float:
     """Return the variance of a field's logarithm, or of a place [m²]; raise InputError."""
     deviation = checks.positive(f"{name}.sd", sd)
-    if _is_place(name):
+    if is_place(name):
         return deviation**2
     value = _value_of(vehicle, name)
     if deviation > value:
@@ -250,7 +250,7 @@ def _value_of(vehicle: Vehicle, name: str) -> float:
             f"has {shown(name)}, which is no number of the vehicle",
             "name fields as in the file, such as arm.youngs_modulus",
         )
-    if found <= 0.0 and not _is_place(name):
+    if found <= 0.0 and not is_place(name):
         raise InputError(
             name, f"is {found:g}, but an uncertain field is positive", "give its value without sd"
         )
@@ -267,9 +267,3 @@ def _part(of: Any, name: str) -> Any:
     if name == "arm" and getattr(of, "has_arm_list", False):
         return of.arms
     return getattr(of, f"given_{name}", None) or getattr(of, name, None)
-
-
-def _is_place(name: str) -> bool:
-    """Return whether a field is a coordinate of a mount or of a centre of mass."""
-    *_, of, last = ["", *name.split(".")]
-    return last.isdecimal() and of in _PLACES

@@ -51,7 +51,7 @@ class Drawn:
 
     def __init__(self, uncertain: UncertainVehicle, loop: Loop, tolerance: float) -> None:
         self.uncertain, self.loop, self.tolerance = uncertain, loop, tolerance
-        self.batch, self.inputs = uncertain.draws(DRAWS), np.log(uncertain.values(DRAWS))
+        self.batch, self.inputs = uncertain.draws(DRAWS), uncertain.values(DRAWS)
         self.clamped = np.asarray(excited_arm(self.batch).frequency) / (2.0 * np.pi)
 
     def errors(self, name: str, hertz: Any, models: Sequence[Model]) -> dict[Model, Array]:
