@@ -295,9 +295,9 @@ def struct(kind: type) -> type:
     """Fields of a Warp struct: zero by default, and a NumPy type for packing."""
     fields = dict(kind.__annotations__)
 
-    def numpy_dtype() -> np.dtype[Any]:
-        shapes = {name: () if of is Number else of.shape for name, of in fields.items()}
-        return np.dtype([(name, float, shape) for name, shape in shapes.items()])
+    def numpy_dtype() -> dict[str, list[str]]:
+        shapes = [() if of is Number else of.shape for of in fields.values()]
+        return {"names": list(fields), "formats": [f"{shape}<f8" for shape in shapes]}
 
     parts = {"fields": fields, "numpy_dtype": staticmethod(numpy_dtype)}
     return type(kind.__name__, (Struct,), parts)
