@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from tests.refusals import refused
 
 pytestmark = pytest.mark.targets
 
@@ -62,6 +63,22 @@ def test_arms_on_a_clamped_base_swing_each_with_its_own_damping_wherever_they_po
     found = ca.modes(twins(0.02, 0.4, tilt=0.4), base="clamped", gravity=0.0)
     np.testing.assert_allclose(found.damping[2:], 20.0 * found.damping[:2], rtol=1e-9)
     assert np.abs(found.shapes[2:, :2]).max() < 1e-9 and np.abs(found.shapes[:2, 2:]).max() < 1e-9
+
+
+def test_modes_of_a_batch_have_a_row_for_each_run() -> None:
+    batch = ca.load_vehicle("slender").replace({"arm.youngs_modulus": [2e9, 8e9, 32e9]})
+    found = ca.modes(batch, base="clamped", gravity=0.0)
+    np.testing.assert_allclose(found.frequencies[1:], 2.0 * found.frequencies[:-1], rtol=1e-9)
+    alone = ca.modes(batch.select(2), base="clamped", gravity=0.0)
+    np.testing.assert_array_equal(found.shapes[2], alone.shapes)
+    np.testing.assert_array_equal(found.damping[2], alone.damping)
+
+
+def test_the_run_of_a_batch_that_buckles_is_named() -> None:
+    """On its head, the softer arm falls over."""
+    batch = ca.load_vehicle("slender").replace({"arm.youngs_modulus": [8e11, 2e7]})
+    with refused("q", place="run 1"):
+        ca.modes(batch, [0, 0, 0, 0, np.pi, 0, 0, 0], base="clamped")
 
 
 @pytest.mark.long

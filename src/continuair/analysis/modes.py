@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 import numpy as np
@@ -13,11 +13,12 @@ from continuair.analysis.linear import linearize
 from continuair.analysis.trim import configuration
 from continuair.analysis.vibration import Vibration, real_shapes, vibration
 from continuair.engine.engine import Engine
+from continuair.errors import InputError
 from continuair.flight.frequencies import bend_compliance
 from continuair.flight.holding import holding
 from continuair.sections import of_pairs
 from continuair.typing import Array, ArrayLike, Model
-from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_single_vehicle
+from continuair.vehicle.vehicle import Vehicle, check_has_arms, check_vehicle
 
 Base = Literal["free", "clamped", "hovering"]
 """Base on which arms vibrate."""
@@ -29,8 +30,8 @@ class Modes:
 
     Parameters
     ----------
-    frequencies : ndarray, shape (modes,)
-        |λ| of motions exp(λ t), ascending [rad/s].
+    frequencies : ndarray, shape (modes,) or (runs, modes)
+        |λ| of motions exp(λ t), ascending [rad/s]. Of a batch all arrays begin with its runs.
     damping : ndarray, shape (modes,)
         Damping ratios -Re λ / |λ|, of the sections' damping alone.
     shapes : ndarray, shape (coordinates, modes)
@@ -58,9 +59,10 @@ def modes(
     Parameters
     ----------
     vehicle : Vehicle
-        One vehicle with arms.
+        A vehicle with arms, or a batch, such as draws of an `UncertainVehicle`.
     q : array_like, shape (8,), optional
-        Paper coordinates, at which bend moments hold the arms. Default: straight arms.
+        Paper coordinates, at which bend moments hold the arms. Default: straight arms. Those of all
+        runs of a batch.
     base : {"free", "clamped", "hovering"}, default "free"
         "hovering": carried by a constant force in world axes at B's origin, under which the vehicle
         also swings like a pendulum, and held level by a constant moment in body axes, which may
@@ -86,10 +88,31 @@ def modes(
     clamped: 29.0 rad/s
     free: 47.9 rad/s
     """
-    check_single_vehicle(vehicle, strain=True)
-    check_has_arms(vehicle)
+    check_has_arms(check_vehicle(vehicle))
     checks.choice("base", base, get_args(Base))
     gravity = checks.gravity(gravity)
+    if vehicle.runs is None:
+        return _of_one(vehicle, q, base, gravity)
+    found = [_of_run(vehicle, run, q, base, gravity) for run in range(vehicle.runs)]
+    if len({len(each.frequencies) for each in found}) > 1:
+        raise InputError(
+            "vehicle",
+            "holds runs with different numbers of modes",
+            "give one run at a time, as in vehicle.select(0)",
+        )
+    return Modes(*(np.array([getattr(each, of.name) for each in found]) for of in fields(Modes)))
+
+
+def _of_run(vehicle: Vehicle, run: int, q: ArrayLike | None, base: Base, gravity: float) -> Modes:
+    """Return the modes of one run of a batch; its number is told with what is wrong with it."""
+    try:
+        return _of_one(vehicle.select(run), q, base, gravity)
+    except InputError as error:
+        raise error.located(f"run {run}") from None
+
+
+def _of_one(vehicle: Vehicle, q: ArrayLike | None, base: Base, gravity: float) -> Modes:
+    """Return the modes of one vehicle."""
     at = configuration("q", q, vehicle)
     found, shapes = (
         _hovering(vehicle, at, gravity)

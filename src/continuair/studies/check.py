@@ -16,6 +16,7 @@ from continuair.engine.engine import Engine
 from continuair.errors import InputError
 from continuair.flight.rotors import hovering_thrusts
 from continuair.flight.steps import automatic_step
+from continuair.typing import Array
 from continuair.vehicle.bending import evenly_bent
 from continuair.vehicle.coordinates import bends_of
 from continuair.vehicle.rotors import Rotors
@@ -94,23 +95,19 @@ def modes_of(vehicle: Vehicle, rest: Trim | None) -> Lines:
 
 def bands_of(uncertain: UncertainVehicle) -> Lines:
     """Return mass, lowest clamped frequency and damping of the median and of 90 % of the draws."""
-    batch, straight = uncertain.draws(_DRAWS), np.zeros(uncertain.vehicle.layout.coordinates)
 
-    def of(vehicle: Vehicle) -> tuple[float, float, float]:
-        mass = float(vehicle.mass)
-        if not vehicle.arms:
-            return mass, np.nan, np.nan
-        found = modes(vehicle, straight, base="clamped", gravity=0.0)
-        return mass, float(found.frequencies[0]) / (2.0 * pi), float(found.damping[0])
+    def of(vehicle: Vehicle) -> dict[str, Array]:
+        found = {"mass [kg]": np.asarray(vehicle.mass)}
+        if vehicle.arms:
+            clamped = modes(vehicle, base="clamped", gravity=0.0)
+            found["lowest clamped frequency [Hz]"] = clamped.frequencies[..., 0] / (2.0 * pi)
+            found["its damping ratio"] = clamped.damping[..., 0]
+        return found
 
-    median = of(uncertain.vehicle)
-    low, high = band([of(batch.select(run)) for run in range(_DRAWS)])
-    names = ("mass [kg]", "lowest clamped frequency [Hz]", "its damping ratio")
-    every = zip(names, median, low.tolist(), high.tolist(), strict=True)
+    medians, drawn = of(uncertain.vehicle), of(uncertain.draws(_DRAWS))
     return [
-        (name, f"{middle:.4g}", f"{least:.4g} to {most:.4g}")
-        for name, middle, least, most in every
-        if np.isfinite(middle)
+        (name, f"{value:.4g}", "{:.4g} to {:.4g}".format(*band(np.resize(drawn[name], _DRAWS))))
+        for name, value in medians.items()
     ]
 
 
