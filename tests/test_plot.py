@@ -104,6 +104,26 @@ def test_the_tip_path_the_bend_and_the_wrench_are_those_of_the_flight() -> None:
     )
 
 
+def test_a_batch_is_shown_by_its_median_and_nine_tenths_of_its_runs() -> None:
+    """Runs scale with their number, so that their order at every time is that of the runs."""
+    flight = swing(DUAL)
+    flight["tip_position"] = ca.backbone(DUAL, flight).isel(point=-1).drop_vars("arc_length")
+    scale = xr.DataArray(np.linspace(0.0, 2.0, 41), dims="run")
+    batch = flight.assign({name: scale * flight[name] for name in ("bend", "tip_position")})
+    axes = ca.plot.bend(batch).axes[3]
+    (line,), (band,) = curves(axes), axes.collections
+    expected = flight["bend"].isel(section=1, bend_axis=1).to_numpy()
+    np.testing.assert_allclose(line[:, 1], expected, rtol=1e-12)
+    edges = np.asarray(band.get_paths()[0].vertices)[:, 1]
+    np.testing.assert_allclose(
+        [edges.min(), edges.max()],
+        [min(0.1 * expected.min(), 1.9 * expected.min()), 1.9 * expected.max()],
+    )
+    paths = curves(ca.plot.tip_path(batch).axes[0])
+    assert len(paths) == 42
+    np.testing.assert_allclose(paths[-1][:, 0], flight["tip_position"].isel(arm=0).sel(axis="x"))
+
+
 def test_strains_have_a_row_for_each_section_and_a_panel_for_each_coordinate() -> None:
     """A panel shows the coordinate that its label names, whatever the order of coordinates."""
     vehicle = flying(rod(bending=1, stretch=0, name="long"), rod(name="short"))
@@ -133,7 +153,7 @@ def test_what_is_missing_is_told() -> None:
     with refused("flight"):
         ca.plot.tip_path(swing())
     with refused("flight"):
-        ca.plot.bend(swing().expand_dims(run=[0, 1]))
+        ca.plot.snapshots(swing().expand_dims(run=[0, 1]), [0.0])
     for draw in (ca.plot.bend, lambda flight: ca.plot.snapshots(flight, [0.0])):
         with refused("flight"):
             draw(swing().isel(time=0))

@@ -44,7 +44,7 @@ def advice(results: dict[str, Any]) -> Figure:
             _finding(results, periodic),
             f"Vehicle {style.plain(results['vehicle']['name'])}, loop: {results['loop']['name']}. "
             "Dashed grey: tolerance; diamonds: limits of the decoupled model; dotted grey: clamped "
-            "bending.",
+            "bending." + (" Bars: limits of 90 % of the draws." if "draws" in results else ""),
         )
     return figure
 
@@ -130,6 +130,10 @@ def _errors(axes: Any, results: dict[str, Any], periodic: dict[str, Any]) -> Non
         if math.isfinite(limit):
             at = decoupled["errors"][decoupled["hz"].index(limit)]
             axes.plot(limit, at, "D", color=COLOURS[name], mec="white", ms=5.5, zorder=4)
+        band = results["draws"][name]["decoupled"]["limit_band_hz"] if "draws" in results else None
+        if band is not None:
+            bar = {"color": COLOURS[name], "lw": 5.0, "alpha": 0.35, "solid_capstyle": "butt"}
+            axes.plot(band, 2 * [results["tolerance"]], **bar)
     axes.axhline(results["tolerance"], color=style.PAPER_COLOUR, lw=1.0, ls="--")
     axes.axvline(results["clamped_hz"], color=style.PAPER_COLOUR, lw=0.8, ls=":")
     curves.logarithmic([axes])

@@ -18,6 +18,7 @@ from continuair.figures import style
 from continuair.flight.resolution import RESOLVED
 from continuair.kernels.dynamics import REFERENCE
 from continuair.kernels.step import NOT_FINITE, STATUS, UNSEEN
+from continuair.vehicle.uncertain import band as share_of_draws
 
 Array = NDArray[np.float64]
 
@@ -139,6 +140,18 @@ def band(axes: Any, flight: xr.Dataset, values: Any, model: str, **changes: Any)
     axes.plot(middle, centre, **properties)
     if ending(flight):
         cross(axes, middle, centre, properties["color"])
+
+
+def runs(axes: Any, flight: xr.Dataset, values: Array, model: str) -> None:
+    """Draw values (run, time): nine tenths of the runs as a band, and their median as a line.
+
+    A run counts as long as its flight lasts.
+    """
+    time, properties = flight["time"].to_numpy(), style.MODELS[model]
+    there = np.isfinite(values).any(axis=0)
+    low, high = share_of_draws(values[:, there])
+    axes.fill_between(time[there], low, high, color=properties["color"], alpha=0.25, lw=0)
+    axes.plot(time[there], np.nanmedian(values[:, there], axis=0), label=model, **properties)
 
 
 def tell_empty(panels: Any) -> None:

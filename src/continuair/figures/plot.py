@@ -1,7 +1,9 @@
 """`continuair.plot`: figures of flights, each a matplotlib figure to show or to save.
 
 A flight is a result of `simulate` for one run, or several models' with the leading dimension
-`model`. A cross marks the end of a flight that failed.
+`model`. A cross marks the end of a flight that failed. Of a batch, such as draws of an uncertain
+vehicle, `bend` and `base_wrench` show the median and a band with nine tenths of the runs, and
+`tip_path` all of them beside the median.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ _PLANES = (("x", "y"), ("x", "z"))
 
 def tip_path(flight: xr.Dataset) -> Figure:
     """Return the path of each arm's tip, from above (x, y) and from the side (x, z) [m]."""
-    flights = _flights(ordered(flight, {"axis": FIXED["axis"]}), "tip_position")
+    flights = _flights(ordered(flight, {"axis": FIXED["axis"]}), "tip_position", batch=True)
     arms = _parts(flight, "tip_position", "arm")
     with style.applied():
         figure = style.new_figure(height=2.8 * len(arms))
@@ -56,7 +58,7 @@ def bend(flight: xr.Dataset) -> Figure:
     coordinate [1/m; stretch and shear: -].
     """
     name = arm_variable(flight) if isinstance(flight, xr.Dataset) else "bend"
-    flights = _flights(flight, name)
+    flights = _flights(flight, name, batch=True)
     if name == "strain":
         return _over_time(flight, flights, _strain_rows(flight), "Strain over time")
     rows = _rows(flight, {"bend": ("bend", "1/m")}, "section")
@@ -66,7 +68,7 @@ def bend(flight: xr.Dataset) -> Figure:
 def base_wrench(flight: xr.Dataset) -> Figure:
     """Return the force and the moment of each arm on the UAV over time, body axes [N, N m]."""
     names = {"base_force": ("force", "N"), "base_moment": ("moment", "N m")}
-    flights = _flights(flight, *names)
+    flights = _flights(flight, *names, batch=True)
     return _over_time(flight, flights, _rows(flight, names, "arm"), "Wrench of the arm on the UAV")
 
 
@@ -184,7 +186,11 @@ def _over_time(
             for axes, panel in zip(places, row, strict=False):
                 for model, one in flights.items():
                     values = one[panel.variable].sel(panel.component).isel(panel.part)
-                    curves.line(axes, one, values.to_numpy(), model)
+                    if "run" in values.dims:
+                        each = values.transpose("run", "time").to_numpy()
+                        curves.runs(axes, one, each, model)
+                    else:
+                        curves.line(axes, one, values.to_numpy(), model)
                 axes.set_ylabel(panel.label)
                 curves.widen([axes], _LEAST)
             for axes in places[len(row) :]:
@@ -197,16 +203,25 @@ def _over_time(
 
 def _paths(axes: Any, flights: dict[str, xr.Dataset], chosen: Any, plane: tuple[str, str]) -> None:
     for model, one in flights.items():
-        x, y = (one["tip_position"].isel(chosen).sel(axis=letter).to_numpy() for letter in plane)
+        tip = one["tip_position"].isel(chosen).transpose("axis", ..., "time")
+        x, y = (tip.sel(axis=letter).to_numpy() for letter in plane)
+        batch = "run" in tip.dims
+        if batch:
+            thin = {"color": style.MODELS[model]["color"], "alpha": 0.15, "lw": 0.5}
+            axes.plot(x.T, y.T, **thin)
+            x, y = np.nanmedian(x, axis=0), np.nanmedian(y, axis=0)
         axes.plot(x, y, label=model, **style.MODELS[model])
-        if curves.ending(one):
+        if not batch and curves.ending(one):
             curves.cross(axes, x, y, style.MODELS[model]["color"])
     curves.widen([axes], _LEAST)
     axes.set_aspect("equal", adjustable="datalim")
 
 
-def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
-    """Return flights by their model; raises InputError if they lack these variables of one run."""
+def _flights(flight: Any, *names: str, batch: bool = False) -> dict[str, xr.Dataset]:
+    """Return flights by their model; raises InputError if they lack these variables.
+
+    batch: whether flights may have runs.
+    """
     if not isinstance(flight, xr.Dataset):
         raise InputError("flight", f"is {shown(flight)}", "give a Dataset of continuair.simulate")
     for name in names:
@@ -215,7 +230,7 @@ def _flights(flight: Any, *names: str) -> dict[str, xr.Dataset]:
             raise InputError("flight", f"has no {name}", "simulate it with this variable")
         if "time" not in flight[name].dims:
             raise InputError("flight", "is one sample of a flight", "give one with some over time")
-        own = {"model", "time", "arm", "section", VARIABLES[name][0]}
+        own = {"model", "time", "arm", "section", VARIABLES[name][0], *(["run"] * batch)}
         for dim in sorted(set(map(str, flight[name].dims)) - own):
             raise InputError(
                 "flight",
@@ -250,4 +265,6 @@ def _parts(flight: xr.Dataset, name: str, part: str) -> dict[str, dict[str, int]
 def _head(figure: Figure, title: str, flight: xr.Dataset, axes: Any) -> None:
     said = json.loads(flight.attrs.get("vehicle", "{}")).get("name", "")
     text = f"Vehicle {style.plain(said)}." if said else ""
+    if "run" in flight.dims:
+        text += f" Lines: medians of {flight.sizes['run']} runs. Bands: 5 to 95 % of them."
     style.head(figure, title, text, curves.failures(flight), style.model_handles(axes))
