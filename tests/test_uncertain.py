@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import continuair as ca
+from continuair.typing import ArrayLike
 from continuair.vehicle.uncertain import UncertainVehicle, band, load_uncertain
 from tests.refusals import refused
 
@@ -131,3 +133,47 @@ def test_a_field_with_an_error_is_one_that_the_vehicle_has() -> None:
     with refused("uncertainty.covariance"):
         UncertainVehicle(ca.load_vehicle("paper"), (), np.zeros((0, 0)))
     assert not re.search("sd", str(ca.load_vehicle("paper").describe()))
+
+
+def of(values: dict[str, float], covariance: ArrayLike) -> UncertainVehicle:
+    """Return a fit of the paper's vehicle: values over its own, or places."""
+    paper = ca.load_vehicle("paper")
+    known = {STIFF: paper.arm.youngs_modulus, "arm.density": paper.arm.density}
+    fields = {name: value * known.get(name, 1.0) for name, value in values.items()}
+    return UncertainVehicle(paper.replace(fields), tuple(values), covariance)
+
+
+def test_two_fits_of_a_field_are_weighted_by_their_variances() -> None:
+    """Logarithms of a stiffness, and places in metres."""
+    fits = [of({STIFF: 1.05, MOUNT: 0.03}, np.diag([0.01, 1e-4]))]
+    fits.append(of({STIFF: 0.9, MOUNT: -0.01}, np.diag([0.04, 3e-4])))
+    found = ca.combine_fits(fits)
+    stiffness = np.exp((4.0 * np.log(1.05) + np.log(0.9)) / 5.0) * 207e9
+    np.testing.assert_allclose(found.medians, [stiffness, 0.02], rtol=1e-12)
+    np.testing.assert_allclose(
+        np.asarray(found.covariance), np.diag([0.008, 7.5e-5]), rtol=1e-9, atol=1e-18
+    )
+
+
+def test_a_fit_of_one_field_changes_another_that_hangs_together_with_it() -> None:
+    """As the mean of a normal distribution, given a component, does."""
+    both = of({STIFF: 1.0, "arm.density": 1.0}, [[0.04, 0.018], [0.018, 0.01]])
+    density = of({"arm.density": 1.1}, [[1e-8]])
+    found = ca.combine_fits([both, density])
+    given = 0.018 / 0.01
+    assert found.medians[0] == pytest.approx(1.1**given * 207e9, rel=1e-5)
+    assert np.asarray(found.covariance)[0, 0] == pytest.approx(0.04 - given * 0.018, rel=1e-4)
+    with refused("uncertainty.covariance"):
+        ca.combine_fits([both, of({STIFF: 1.0, "arm.density": 1.0}, np.full((2, 2), 0.01))])
+    with refused("fits"):
+        ca.combine_fits([both])
+
+
+def test_fits_of_different_vehicles_are_told_apart() -> None:
+    """Five standard errors of the difference apart, and one."""
+    first = of({STIFF: 1.0}, [[9e-4]])
+    with pytest.warns(ca.ContinuairWarning, match="differ"):
+        ca.combine_fits([first, of({STIFF: np.exp(0.25)}, [[16e-4]])])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ca.combine_fits([first, of({STIFF: np.exp(0.05)}, [[16e-4]])])

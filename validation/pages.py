@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from continuair.identification import StaticPoses
+from continuair.identification.joint import Measurement
 from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
 
@@ -37,12 +38,12 @@ class Unknown:
 
 def fitted(
     vehicle_of: Callable[[Array], Vehicle],
-    poses_of: Callable[[Array], StaticPoses],
+    recordings_of: Callable[[Array], Sequence[Measurement]],
     unknowns: Sequence[Unknown],
 ) -> Array:
-    """Return the unknowns (n,) of the least squares of the poses' residuals.
+    """Return the unknowns (n,) of the least squares of what is left over of recordings.
 
-    vehicle_of: the batch of values (runs, n); poses_of: the poses for values (n,).
+    vehicle_of: the batch of values (runs, n); recordings_of: the recordings for values (n,).
     """
     start = np.array([each.start for each in unknowns])
     size = np.array([abs(each.start) or 1.0 for each in unknowns])
@@ -50,8 +51,12 @@ def fitted(
     inward = np.where(start + _STEP * size < high, 1.0, -1.0)
 
     def residuals(x: Array) -> Array:
-        found = poses_of(x * size).residuals(vehicle_of(np.atleast_2d(x * size)))[0]
-        return np.nan_to_num(found, nan=_MISSING)
+        vehicle, found = vehicle_of(np.atleast_2d(x * size)), []
+        for each in recordings_of(x * size):
+            measured = each.measured(vehicle)
+            off = each.predictor(vehicle)(vehicle)[0] - measured
+            found.append(off[np.isfinite(measured)])
+        return np.nan_to_num(np.concatenate(found), nan=_MISSING)
 
     def slopes(x: Array) -> Array:
         own, rows = residuals(x), []

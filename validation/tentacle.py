@@ -20,7 +20,10 @@ import numpy as np
 from pages import Unknown, errors, fitted, rms, save_results, table
 
 import continuair as ca
-from continuair.identification import Marker, StaticPoses
+from continuair.identification import Marker, StaticPoses, held_out_errors
+from continuair.identification.comparison import FitOf
+from continuair.identification.joint import Measurement
+from continuair.typing import Array
 
 FITTED = ("m1_u01", "m1_u02", "m1_u025", "m2_u01", "m2_u02", "m2_u025")
 WINCH = 0.0325
@@ -157,11 +160,30 @@ def judged(poses: StaticPoses, vehicle: ca.Vehicle) -> dict[str, Any]:
             "unseen": summary(some(poses, False), vehicle)}  # fmt: skip
 
 
+def fitting(kind: Kind) -> FitOf:
+    """Return the function that fits a model's material to poses."""
+
+    def fit(parts: Sequence[Measurement]) -> ca.Vehicle:
+        found = fitted(kind.with_material, lambda _: parts, kind.unknowns)
+        return kind.with_material(found[None]).select(0)
+
+    return fit
+
+
+def left_out(path: Path) -> dict[str, Array]:
+    """Return the errors of the models on each of the fitted poses, left out of the fit in turn."""
+    found = {}
+    for kind in KINDS:
+        known = some(read(path, kind.markers), True)
+        found |= held_out_errors({kind.title: fitting(kind)}, [known], folds=len(FITTED)).errors
+    return found
+
+
 def fit_of(path: Path, kind: Kind) -> dict[str, Any]:
     """Return the fit of a model's material, and its errors."""
     poses = read(path, kind.markers)
     known = some(poses, True)
-    found = fitted(kind.with_material, lambda _: known, kind.unknowns)
+    found = fitted(kind.with_material, lambda _: [known], kind.unknowns)
     values = {each.name: float(x) for each, x in zip(kind.unknowns, found, strict=True)}
     vehicle = kind.with_material(found[None]).select(0)
     return {"title": kind.title, "values": values, **judged(poses, vehicle)}

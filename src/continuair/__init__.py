@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from continuair.sweeps import sweep as sweep
     from continuair.terms.term import Term as Term
     from continuair.vehicle.camera import Camera as Camera
+    from continuair.vehicle.combined import combine_fits as combine_fits
     from continuair.vehicle.section import Section as Section
     from continuair.vehicle.uncertain import UncertainVehicle as UncertainVehicle
     from continuair.vehicle.uncertain import band as band
@@ -87,6 +88,7 @@ _HOME = {
     "InputError": "errors",
     "UncertainVehicle": "vehicle.uncertain",
     "band": "vehicle.uncertain",
+    "combine_fits": "vehicle.combined",
     "load_uncertain": "vehicle.uncertain",
     "Vehicle": "vehicle.vehicle",
     "load_vehicle": "vehicle.vehicle",

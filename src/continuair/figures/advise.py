@@ -132,7 +132,7 @@ def _errors(axes: Any, results: dict[str, Any], periodic: dict[str, Any]) -> Non
             axes.plot(limit, at, "D", color=COLOURS[name], mec="white", ms=5.5, zorder=4)
         band = results["draws"][name]["decoupled"]["limit_band_hz"] if "draws" in results else None
         if band is not None:
-            bar = {"color": COLOURS[name], "lw": 5.0, "alpha": 0.35, "solid_capstyle": "butt"}
+            bar = {"color": COLOURS[name], "marker": "|", "ms": 10.0, "mew": 1.5, "zorder": 5}
             axes.plot(band, 2 * [results["tolerance"]], **bar)
     axes.axhline(results["tolerance"], color=style.PAPER_COLOUR, lw=1.0, ls="--")
     axes.axvline(results["clamped_hz"], color=style.PAPER_COLOUR, lw=0.8, ls=":")

@@ -1,6 +1,7 @@
 """Identification: fits of a vehicle's parameters to what was measured, and comparisons with it."""
 
 from continuair.identification.bench import Bench, load_bench
+from continuair.identification.comparison import HeldOut, held_out_errors
 from continuair.identification.decay import Decay, decay_of, onset
 from continuair.identification.driven import DrivenMotion, load_driven
 from continuair.identification.fitting import Fit, fit
@@ -15,6 +16,7 @@ __all__ = [
     "Decay",
     "DrivenMotion",
     "Fit",
+    "HeldOut",
     "JointFit",
     "Marker",
     "Recording",
@@ -24,6 +26,7 @@ __all__ = [
     "decay_of",
     "fit",
     "fit_jointly",
+    "held_out_errors",
     "load_bench",
     "load_driven",
     "load_poses",

@@ -75,6 +75,11 @@ class DrivenMotion(Immutable):
         name = "tendon_command" if self.kind == "tension" else self.kind
         return Clamped((self.motion,), self.bench, rate, self.payload, True, {name: held})
 
+    @property
+    def groups(self) -> int:
+        """Return the number of parts that count as independent."""
+        return _BLOCKS
+
     def measured(self, vehicle: Vehicle) -> Array:
         """Return the motion in body axes, in ten parts, with NaN after its end.
 

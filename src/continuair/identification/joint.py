@@ -51,6 +51,11 @@ class Measurement(Protocol):
         """Return where it comes from, for messages."""
         ...
 
+    @property
+    def groups(self) -> int:
+        """Return how many independent groups it has, such as releases."""
+        ...
+
     def measured(self, vehicle: Vehicle) -> Array:
         """Return what was measured.
 
@@ -62,7 +67,7 @@ class Measurement(Protocol):
         Returns
         -------
         ndarray, shape (groups, ...)
-            Values [m], NaN where nothing was measured. Groups, such as releases, are independent.
+            Values [m], NaN where nothing was measured.
         """
         ...
 
@@ -159,8 +164,8 @@ def fit_jointly(
     vehicle : Vehicle
         Vehicle with initial values.
     measurements : sequence of Measurement
-        `Releases`, `DrivenMotion`, `StaticPoses`, or objects with their `name`, `measured` and
-        `predictor`.
+        `Releases`, `DrivenMotion`, `StaticPoses`, or objects with their `name`, `groups`,
+        `measured` and `predictor`.
     fields : sequence of str
         Dotted names of the fields that all recordings share.
     own : sequence of str, default ()

@@ -185,6 +185,11 @@ class StaticPoses:
         placed = turn.apply(found.reshape(-1, 3)) + np.asarray(self.position)
         return placed.reshape(runs, poses, len(self.markers), 3)
 
+    @property
+    def groups(self) -> int:
+        """Return the number of poses."""
+        return len(self.points)
+
     def measured(self, vehicle: Vehicle) -> Array:
         """Return the measured points; raise InputError if they are not those of such a vehicle.
 

@@ -65,6 +65,11 @@ class Releases(Immutable):
         """Return the motions on a base that does not move."""
         return Clamped(self.motions, self.bench, self.rate, self.payload, False, {})
 
+    @property
+    def groups(self) -> int:
+        """Return the number of releases."""
+        return len(self.motions)
+
     def measured(self, vehicle: Vehicle) -> Array:
         """Return all motions in body axes, with NaN after the end of each.
 
