@@ -50,11 +50,15 @@ def test_a_motor_follows_its_command_with_a_lag_and_a_greatest_rate() -> None:
 
 def test_a_winch_keeps_its_stroke_and_a_motor_its_limits() -> None:
     winch = pulled(LENGTHS | {"stroke": [-1e-4, 2e-4]}, damping_ratio=1.0)
-    flight = ca.simulate(winch, still(winch, [1e-3, 0.0, 0.0, 0.0]))
+    with pytest.warns(ca.ContinuairWarning, match="saturate"):
+        flight = ca.simulate(winch, still(winch, [1e-3, 0.0, 0.0, 0.0]))
+    assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 3.0)
     first = float(flight["tendon_tension"][0, 0])
     assert first == pytest.approx(5.0 + 2e4 * 2e-4, rel=1e-12)
     limited = pulled({"pretension": 2.0, "limits": [1.0, 4.0]})
-    flight = ca.simulate(limited, still(limited, [9.0, -9.0, 0.5, 0.0]))
+    with pytest.warns(ca.ContinuairWarning, match="saturate"):
+        flight = ca.simulate(limited, still(limited, [9.0, -9.0, 0.5, 0.0]))
+    assert float(flight["largest_saturation"]) == pytest.approx(8.0 / 3.0)
     assert flight["tendon_tension"][-1].to_numpy().tolist() == [4.0, 1.0, 2.5, 2.0]
 
 

@@ -85,13 +85,14 @@ def warn_of_rounded_places(places: Array, reach: Array, stacklevel: int) -> None
 
 
 def warn_of_saturation(largest: Array, stacklevel: int) -> None:
-    """Warn if rotor commands exceed their limits, by the saturation (runs,) or (runs, models)."""
+    """Warn if commands exceed the limits of rotors or tendons, by the saturation (runs,) or (runs,
+    models)."""
     wrong = is_beyond_limits(largest.reshape(len(largest), -1).max(axis=1))
     if wrong.any():
         warn(
-            f"rotors saturate{in_runs(wrong.sum(), len(wrong))}: commands exceed their range by "
-            f"up to {100.0 * np.nanmax(largest):.3g} %; see largest_saturation, or raise "
-            "thrust_limits.",
+            f"rotors or tendons saturate{in_runs(wrong.sum(), len(wrong))}: commands exceed their "
+            f"range by up to {100.0 * np.nanmax(largest):.3g} %; see largest_saturation, or raise "
+            "thrust_limits, or limits or stroke of the tendons.",
             stacklevel=stacklevel,
         )
 

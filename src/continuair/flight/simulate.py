@@ -113,8 +113,8 @@ def simulate(
     -------
     xarray.Dataset
         Variables over time (and run, for a batch), with axes and units in their attributes, and
-        per run `status`, `end_time` [s] and, with rotors, `largest_saturation`: the largest
-        commanded thrust beyond the limits, in parts of their range. "Tsit5" adds `steps`,
+        per run `status`, `end_time` [s] and, with rotors or tendons, `largest_saturation`: the
+        largest command beyond their limits, in parts of their range. "Tsit5" adds `steps`,
         `steps_rejected` and `evaluations`, the others `step`. `check` adds `error_estimate`: the
         largest distance of a tip from that of the second simulation, in arm lengths.
 

@@ -294,7 +294,7 @@ class Recorder:
         until = {"units": "s", "long_name": "time up to which the run is valid"}
         kept["end_time"] = ("run",), self.end_time, until
         kept |= self._of_steps()
-        if self.flight.vehicle.uav.rotors is not None:
+        if self.flight.vehicle.can_saturate:
             kept["largest_saturation"] = ("run",), self.saturation, LARGEST_SATURATION
         attributes = self._attributes() | provenance
         kept |= provenance_of(attributes, len(self.runs))
@@ -385,9 +385,9 @@ ERROR_ESTIMATE = {
 
 LARGEST_SATURATION = {
     "units": "1",
-    "long_name": "largest commanded thrust beyond a rotor's limits, in parts of their range",
+    "long_name": "largest command beyond the limits of a rotor or tendon, in parts of their range",
 }
-"""Attributes of largest_saturation, of vehicles with rotors."""
+"""Attributes of largest_saturation, of vehicles with rotors or tendons."""
 
 
 @cache

@@ -159,7 +159,7 @@ def run_pairs(
     euler, angle = found.metrics["rmse_r_rad"], found.metrics["angle_rad"]
     warn_of_overstated_angles(euler, angle, stacklevel=3)
     data = _variables(found)
-    if vehicle.uav.rotors is not None:
+    if vehicle.can_saturate:
         data["largest_saturation"] = (("run", "model"), found.saturation, LARGEST_SATURATION)
     if found.counts is None:
         data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})

@@ -223,6 +223,11 @@ class Vehicle(Part):
         return sum(group.count for arm in self.arms for group in arm.tendon)
 
     @property
+    def can_saturate(self) -> bool:
+        """Return whether commands may exceed limits: those of rotors or of tendons."""
+        return self.uav.rotors is not None or bool(self.tendons)
+
+    @property
     def is_one_arc(self) -> bool:
         """Return whether the arm is the section of an [arm] table, of constant curvature."""
         return not self.has_arm_list and not self.layout.strains

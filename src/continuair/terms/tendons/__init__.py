@@ -253,6 +253,7 @@ class Tendons(Term):
             rates=found.rates if with_states else None,
             misdirected=found.misdirected if rubs else None,
             settled=found.settled if rubs else None,
+            excess=found.excess,
         )
 
     def left(self, numbers: Numbers, tree: Tree) -> wp.Function:

@@ -24,6 +24,7 @@ class TendonCode:
 
     load: Any
     rates: Any
+    excess: Any
     misdirected: Any
     settled: Any
     observe: Any
@@ -47,6 +48,10 @@ def tendon_code(numbers: Numbers, tree: Tree, term: Any) -> TendonCode:
     @wp.func
     def rates(rate: State, y: State, flight: Flight, row: int, push: Push):
         return rate
+
+    @wp.func
+    def excess(y: State, flight: Flight, row: int, push: Push):
+        return Real(0.0)
 
     @wp.func
     def misdirected(
@@ -80,6 +85,13 @@ def tendon_code(numbers: Numbers, tree: Tree, term: Any) -> TendonCode:
 
         return found
 
+    def and_excess(before: Any, beyond: Any) -> Any:
+        @wp.func
+        def found(y: State, flight: Flight, row: int, push: Push):
+            return wp.max(before(y, flight, row, push), beyond(y, flight, row, push))
+
+        return found
+
     def and_misdirected(before: Any, reversed_in: Any) -> Any:
         @wp.func
         def found(
@@ -110,6 +122,7 @@ def tendon_code(numbers: Numbers, tree: Tree, term: Any) -> TendonCode:
 
     for route, code in zip(term.routes, each, strict=True):
         load, observe = and_load(load, code.pull), and_observe(observe, code.observe)
+        excess = and_excess(excess, code.excess)
         if route.lags or route.rubs:
             rates = and_rates(rates, code.rates)
         if route.rubs:
@@ -120,12 +133,14 @@ def tendon_code(numbers: Numbers, tree: Tree, term: Any) -> TendonCode:
 
 @dataclass(frozen=True)
 class _RouteCode:
-    """pull(y, flight, row, push): forces on the bends. reversed_in(begun, end, flight, row, push,
+    """pull(y, flight, row, push): forces on the bends. excess(y, flight, row, push): largest
+    command beyond the limits, as a share of their range. reversed_in(begun, end, flight, row, push,
     step): error of a step in which sliding reverses. settle(y, flight, row, push): state without
     deflections beyond friction. rates and observe: as of TendonCode."""
 
     pull: Any
     rates: Any
+    excess: Any
     reversed_in: Any
     settle: Any
     observe: Any
@@ -136,6 +151,7 @@ def _route_code(numbers: Numbers, tree: Tree, route: Route, place: Place) -> _Ro
     Flight, keep, of_row = flight_code(numbers, tree).Flight, code.keep, code.of_row
     Cell, Real, State, Push, Bends = types.Cell, types.Real, types.State, types.Push, types.Bends
     layout, above, grown = types.layout, code.above, elementary_code(numbers).grown
+    finite = code.finite
     zero, half, one = Real(0.0), Real(0.5), Real(1.0)
     count, bends, group, many = route.tendons, layout.bends, place.group, len(route.counts)
     tendon, motor, slip = place.tendon, place.motor, place.slip
@@ -186,8 +202,8 @@ def _route_code(numbers: Numbers, tree: Tree, route: Route, place: Place) -> _Ro
         return out
 
     @wp.func
-    def asked_of(flight: Flight, row: int, shares: Shares, path: Path, t: int):
-        """Return what the motor of a tendon follows, within the stroke of a winch."""
+    def commanded(flight: Flight, row: int, shares: Shares, path: Path, t: int):
+        """Return the command of a tendon: tension above the pretension, or length taken in."""
         plant = flight.plant
         out = zero
         if (flight.groups & TENDONS) != 0:
@@ -196,10 +212,39 @@ def _route_code(numbers: Numbers, tree: Tree, route: Route, place: Place) -> _Ro
             if (flight.groups & BENDING) != 0:
                 out += shares[t] / plant.tendon[group, stiffness]
                 out += plant.tendon[group, straight] - path.length
-            out = wp.min(out, plant.tendon[group, most_taken])
-            out = wp.max(out, plant.tendon[group, least_taken])
         else:
             out += shares[t]
+        return out
+
+    @wp.func
+    def asked_of(flight: Flight, row: int, shares: Shares, path: Path, t: int):
+        """Return what the motor of a tendon follows, within the stroke of a winch."""
+        out = commanded(flight, row, shares, path, t)
+        if wp.static(by_length):
+            out = wp.min(out, flight.plant.tendon[group, most_taken])
+            out = wp.max(out, flight.plant.tendon[group, least_taken])
+        return out
+
+    @wp.func
+    def excess(y: State, flight: Flight, row: int, push: Push):
+        """Return the largest command beyond the limits, over their range, or over itself if that
+        has no end."""
+        plant = flight.plant
+        out = zero
+        shares = shares_of(flight, push)
+        for t in range(count + wp.min(flight.stride, 0)):
+            path = Path()
+            if wp.static(by_length):
+                path = path_of(y, flight, t)
+            asked = commanded(flight, row, shares, path, t)
+            low = plant.tendon[group, least] - plant.tendon[group, pretension]
+            high = plant.tendon[group, most] - plant.tendon[group, pretension]
+            if wp.static(by_length):
+                low = plant.tendon[group, least_taken]
+                high = plant.tendon[group, most_taken]
+            beyond = wp.max(asked - high, low - asked)
+            size = finite(high - low, high - low, wp.abs(asked))
+            out = wp.max(out, above(beyond, zero, beyond / above(beyond, zero, size, one), zero))
         return out
 
     @wp.func
