@@ -49,9 +49,11 @@ _LEAST_SLOPE = 0.5
 class Drawn:
     """Draws of an uncertain vehicle, and their errors beside those of the medians."""
 
-    def __init__(self, uncertain: UncertainVehicle, loop: Loop, tolerance: float) -> None:
+    def __init__(
+        self, uncertain: UncertainVehicle, loop: Loop, tolerance: float, seed: int = 0
+    ) -> None:
         self.uncertain, self.loop, self.tolerance = uncertain, loop, tolerance
-        self.batch, self.inputs = uncertain.draws(DRAWS), uncertain.values(DRAWS)
+        self.batch, self.inputs = uncertain.draws(DRAWS, seed), uncertain.values(DRAWS, seed)
         self.clamped = np.asarray(excited_arm(self.batch).frequency) / (2.0 * np.pi)
 
     def errors(self, name: str, hertz: Any, models: Sequence[Model]) -> dict[Model, Array]:
@@ -80,7 +82,7 @@ class Drawn:
                 agree = {model: np.ones(1, bool) for model in models}
                 found |= {m: self._told(errors[m], agree[m], limits[m]) for m in models}
                 continue
-            at = _deciding(parts[models[0]], self.clamped)
+            at = deciding(parts[models[0]], self.clamped)
             none = first is None
             medians = {m: parts[m]["tolerable"] if none else np.isinf(first) for m in models}
             found |= self._agreed(name, at, medians)
@@ -167,7 +169,7 @@ def _is_finite(limit: float | None) -> bool:
     return limit is not None and bool(np.isfinite(limit))
 
 
-def _deciding(part: dict[str, Any], clamped: Array) -> Any:
+def deciding(part: dict[str, Any], clamped: Array) -> Any:
     """Return the frequency [Hz] at which draws may contradict: of the largest error of the medians
     where all are tolerable, the lowest where none is; for a release or a fall, no matter which."""
     if part["limit_hz"] is None:
