@@ -20,7 +20,7 @@ import numpy as np
 from pages import Unknown, errors, fitted, rms, save_results, table
 
 import continuair as ca
-from continuair.identification import Marker, StaticPoses, held_out_errors
+from continuair.identification import HeldOut, Marker, StaticPoses, held_out_errors
 from continuair.identification.comparison import FitOf
 from continuair.identification.joint import Measurement
 from continuair.typing import Array
@@ -121,7 +121,7 @@ KINDS = (
     Kind("quadratic bend, tapered, twist 0, stretch 1", {"bending": 2, "twist": 0, "stretch": 1}),
     Kind("cubic bend, tapered, twist 0, stretch 1", {"bending": 3, "twist": 0, "stretch": 1}),
 )  # fmt: skip
-PEERS, BEST = KINDS[3], KINDS[5]
+PEERS = KINDS[3]
 
 
 def read(path: Path, markers: Sequence[Marker]) -> StaticPoses:
@@ -170,13 +170,13 @@ def fitting(kind: Kind) -> FitOf:
     return fit
 
 
-def left_out(path: Path) -> dict[str, Array]:
+def left_out(path: Path) -> HeldOut:
     """Return the errors of the models on each of the fitted poses, left out of the fit in turn."""
-    found = {}
+    found: dict[str, Array] = {}
     for kind in KINDS:
         known = some(read(path, kind.markers), True)
         found |= held_out_errors({kind.title: fitting(kind)}, [known], folds=len(FITTED)).errors
-    return found
+    return HeldOut(found, {})
 
 
 def fit_of(path: Path, kind: Kind) -> dict[str, Any]:
@@ -198,7 +198,9 @@ def with_base(path: Path, kind: Kind) -> dict[str, Any]:
     def placed(x: np.ndarray, of: StaticPoses = known) -> StaticPoses:
         return replace(of, position=x[count:])
 
-    found = fitted(lambda x: kind.with_material(x[:, :count]), placed, [*kind.unknowns, *moved])
+    found = fitted(
+        lambda x: kind.with_material(x[:, :count]), lambda x: [placed(x)], [*kind.unknowns, *moved]
+    )
     vehicle = kind.with_material(found[None, :count]).select(0)
     names = [each.name for each in (*kind.unknowns, *moved)]
     return {"title": kind.title + ", and the place of the base",
@@ -206,14 +208,14 @@ def with_base(path: Path, kind: Kind) -> dict[str, Any]:
             **judged(placed(found, poses), vehicle)}  # fmt: skip
 
 
-def other_axes(path: Path, values: dict[str, float]) -> dict[str, float | None]:
+def other_axes(path: Path, kind: Kind, values: dict[str, float]) -> dict[str, float | None]:
     """Return the error [mm] on the fitted poses with other readings of the data.
 
     None where a pose has no stable equilibrium.
     """
-    poses = some(read(path, BEST.markers), True)
-    row = np.array([[values[each.name] for each in BEST.unknowns]])
-    vehicle = BEST.with_material(row).select(0)
+    poses = some(read(path, kind.markers), True)
+    row = np.array([[values[each.name] for each in kind.unknowns]])
+    vehicle = kind.with_material(row).select(0)
     turned = vehicle.replace({"arm.arm.tendon": [
         {"section": "link", "angles": list(np.radians([30.0, 150.0])),
          "offset": [0.0114, 0.0114 - 0.0295 * LINKS[0]]}]})  # fmt: skip
@@ -245,15 +247,15 @@ def pairs(poses: StaticPoses) -> list[tuple[str, float, float, float]]:
     return sorted(found)
 
 
-def draw(path: Path, to: Path, values: dict[str, float]) -> None:
+def draw(path: Path, to: Path, kind: Kind, values: dict[str, float]) -> None:
     """Draw measured and predicted markers from the side."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     mpl.rcParams.update({"font.size": 8})
-    poses = read(path, BEST.markers)
-    row = np.array([[values[each.name] for each in BEST.unknowns]])
-    found = poses.predict(BEST.with_material(row).select(0))[0]
+    poses = read(path, kind.markers)
+    row = np.array([[values[each.name] for each in kind.unknowns]])
+    found = poses.predict(kind.with_material(row).select(0))[0]
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     for index, (axes, motor) in enumerate(zip(figure.subplots(1, 2, sharey=True), "12",
                                               strict=True)):  # fmt: skip
@@ -290,7 +292,9 @@ def main() -> None:
     if not path.is_file():
         print(f"Skipped: {path} is missing; it is derived from tud-phi/soromox, see the docstring.")
         return
-    poses = read(path, BEST.markers)
+    held = left_out(path)
+    chosen = next(kind for kind in KINDS if kind.title == held.best)
+    poses = read(path, chosen.markers)
     preset = ca.load_vehicle("tentacle")
     of_preset = replace(
         poses,
@@ -308,14 +312,17 @@ def main() -> None:
         "with_the_peers_values": [
             {"title": "preset `tentacle`: three arcs in link 1", **judged(of_preset, preset)},
             *({"title": kind.title, **judged(read(path, kind.markers), kind.vehicle)}
-              for kind in (KINDS[0], PEERS, BEST)),
+              for kind in (KINDS[0], PEERS, chosen)),
         ],
+        "left_out_mm": {title: np.round(1e3 * off, 1).tolist()
+                        for title, off in held.errors.items()},
+        "chosen": chosen.title,
         "fits": [fit_of(path, kind) for kind in KINDS],
-        "fits_with_base": [with_base(path, kind) for kind in (PEERS, BEST)],
+        "fits_with_base": [with_base(path, kind) for kind in (PEERS, chosen)],
     }  # fmt: skip
-    best = results["fits"][KINDS.index(BEST)]["values"]
-    results["readings"] = other_axes(path, best)
-    draw(path, given.out / "images" / "validation_tentacle.png", best)
+    best = results["fits"][KINDS.index(chosen)]["values"]
+    results["readings"] = other_axes(path, chosen, best)
+    draw(path, given.out / "images" / "validation_tentacle.png", chosen, best)
     save_results("tentacle", results)
     page = given.out / "validation" / "tentacle.md"
     page.parent.mkdir(parents=True, exist_ok=True)
@@ -345,6 +352,7 @@ def over_all(each: dict[str, Any], what: str) -> float:
 
 def text_of(results: dict[str, Any]) -> str:
     """Return the page."""
+    best = next(each for each in results["fits"] if each["title"] == results["chosen"])
     return (Path(__file__).parent / "tentacle.md.in").read_text(encoding="utf-8").format(
         fits=table(_HEADINGS, [_row(each) for each in results["fits"]]),
         based=table(_HEADINGS, [_row(each) for each in results["fits_with_base"]]),
@@ -357,9 +365,15 @@ def text_of(results: dict[str, Any]) -> str:
         readings=table(("reading", "error on the fitted poses [mm]"),
                        [[name, "no equilibrium" if value is None else f"{value:.0f}"]
                         for name, value in results["readings"].items()]),
-        markers=", ".join(f"{value:.1f}" for value in results["fits"][5]["unseen"]["markers"]),
-        best=f"{results['fits'][5]['unseen']['all']:.1f}",
-        best_tip=f"{results['fits'][5]['unseen']['tip']:.1f}",
+        chosen=results["chosen"],
+        left_out=table(
+            ("model", *FITTED, "all"),
+            [[title, *(f"{off:.1f}" for off in errors), f"{rms(np.array(errors)):.1f}"]
+             for title, errors in results["left_out_mm"].items()],
+        ),
+        markers=", ".join(f"{value:.1f}" for value in best["unseen"]["markers"]),
+        best=f"{best['unseen']['all']:.1f}",
+        best_tip=f"{best['unseen']['tip']:.1f}",
         peers=f"{results['fits'][3]['unseen']['all']:.1f}",
         arc=f"{results['fits'][0]['unseen']['all']:.1f}",
         spread=f"{results['spread_mm']:.2f}",

@@ -19,12 +19,15 @@ from pages import RESULTS, ROOT, save_results, table
 import continuair as ca
 from continuair.identification import (
     Bench,
+    HeldOut,
     JointFit,
     Releases,
     fit_jointly,
+    held_out_errors,
     load_releases,
     validate_releases,
 )
+from continuair.identification.comparison import FitOf
 from continuair.vehicle.vehicle import BENCH, UNCERTAINTY
 from continuair.vehicle.vehicle_file import as_toml
 
@@ -132,9 +135,9 @@ def compare(
     return {"fit": fit, "estimates": estimates, "recordings": rows}
 
 
-def best_of(found: dict[str, Any]) -> str:
-    """Return the order with the least error in the releases that were fitted."""
-    return min(found, key=lambda order: found[order]["recordings"][FITTED]["error_mm"])
+def fitting(order: str) -> FitOf:
+    """Return the function that fits an order to recordings."""
+    return lambda parts: fit_jointly(vehicle_of(order), parts, fields_of(order)).vehicle
 
 
 def write_vehicle(name: str, fit: JointFit, told: str) -> None:
@@ -185,9 +188,11 @@ def by_model(found: dict[str, Any], name: str) -> str:
     )
 
 
-def page(found: dict[str, Any], masses: dict[float, Any], recordings: dict[str, Releases]) -> str:
+def page(
+    found: dict[str, Any], masses: dict[float, Any], recordings: dict[str, Releases], held: HeldOut
+) -> str:
     """Return the page."""
-    order = best_of(found)
+    order = held.best
     best = found[order]["recordings"]
     estimates = [
         [label, field, f"{value:.3g} ± {error:.2g}"]
@@ -222,6 +227,11 @@ def page(found: dict[str, Any], masses: dict[float, Any], recordings: dict[str, 
             circle_off=_percent(best[CIRCLE]["frequency_hz"]),
             counts=", ".join(f"{len(each.motions)} of {name}" for name, each in recordings.items()),
             estimates=table(["model", "field", "estimate"], estimates),
+            held_out=table(
+                ["model", "error of the markers [mm]"],
+                [[name, f"{1e3 * held.rms(name):.2f}"] for name in held.errors],
+            ),
+            as_good=", ".join(name for name in held.as_good if name != order) or "none",
             unseen=by_model(found, UNSEEN),
             judged=table(
                 ["model", "frequency", "damping ratio"],
@@ -295,6 +305,7 @@ def main() -> None:
         print(f"Skips the releases of the trunk: {data} has no folder trunk.")
         return
     recordings = read(data)
+    held = held_out_errors({order: fitting(order) for order in ORDERS}, [recordings[FITTED]])
     tried = {order: compare(order, recordings, {}) for order in ORDERS}
     found = {order: each for order, each in tried.items() if each is not None}
     masses = {0.3: found[LINEAR]}
@@ -302,14 +313,15 @@ def main() -> None:
         change = {f"{PATH}body.mass_per_length": mass}
         masses[mass] = compare(LINEAR, recordings, change) or masses[0.3]
     PAGE.parent.mkdir(exist_ok=True)
-    PAGE.write_text(page(found, dict(sorted(masses.items())), recordings), encoding="utf-8")
+    text = page(found, dict(sorted(masses.items())), recordings, held)
+    PAGE.write_text(text, encoding="utf-8")
     draw(found, recordings[UNSEEN])
     kept = {
         label: {key: each[key] for key in ("estimates", "recordings")}
         for label, each in found.items()
     }
     save_results("trunk", kept)
-    order = best_of(found)
+    order = held.best
     write_vehicle("trunk_200g.toml", found[order]["fit"], "releases by hand with 200 g")
     by_hand = [recordings[FITTED], recordings[UNSEEN]]
     both = fit_jointly(vehicle_of(order), by_hand, fields_of(order))
