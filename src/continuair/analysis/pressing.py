@@ -90,9 +90,10 @@ def pressing(
     -----
     The arm is free: without bend moments, its tendons at rest. `flight_controller` leaves it so
     with ``bend_bandwidth=0``. Its thrust acts along the body's z axis, so the vehicle tilts until
-    the thrust balances weight and contact; its integral removes the error of the position. None
-    removes that of the yaw, if the force does not point at the body's z axis. Whether its loop is stable while the arm touches is not checked. There is no friction: while the arm
-    slides on a rough obstacle, the force differs.
+    the thrust balances weight and contact; its integral removes the error of the position. An error
+    of the yaw stays if the force passes beside the body's z axis. Whether the loop is stable while
+    the arm touches is not checked. There is no friction: while the arm slides on a rough obstacle,
+    the force differs.
 
     Examples
     --------
