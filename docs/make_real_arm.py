@@ -1,4 +1,4 @@
-"""Write the tables of docs/explanation/real_arm.md and draw its figure, in a quarter of an hour."""
+"""Write the tables of docs/explanation/real_arm.md and draw its figure, in twenty minutes."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from dataclasses import replace
 from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.lines import Line2D
 
 import continuair as ca
+from continuair.equations.camera import facing
 from continuair.figures import style
 from continuair.typing import Array, Model
 
@@ -28,10 +29,17 @@ FREQUENCIES = (0.5, 1.0, 2.0)
 SWING = np.array([1.5, 0.0, 1.5, 0.0])
 """Bends that the actuation holds at its peak [1/m]."""
 
-LOOPS = (True, False)
+Kind = Literal["loop", "letter", "open"]
+
+KINDS: dict[Kind, int] = {"loop": 1 + len(FREQUENCIES), "letter": 1, "open": len(FREQUENCIES)}
+"""Kind of flights -> columns that it fills, in order."""
+
 PROCESSES = 2
 
 DURATION, SAMPLE, ATTACH = 4.0, 0.01, 1.5
+LETTER, WRITTEN = "M", 20.0
+"""The letter, and how long it takes [s]."""
+
 PUSH, PUSHED = 0.05, (0.5, 1.5)
 """Lateral push of the hover, over the weight, and from when to when [s]."""
 
@@ -89,11 +97,19 @@ ROWS: dict[Row, str] = {
 }
 """(actuation, friction, task) -> name of the row."""
 
-COLUMNS = ("hover", *(f"loop, {f:g} Hz" for f in FREQUENCIES), *(f"{f:g} Hz" for f in FREQUENCIES))
+COLUMNS = (
+    "hover",
+    *(f"loop, {f:g} Hz" for f in FREQUENCIES),
+    f"letter {LETTER}",
+    *(f"{f:g} Hz" for f in FREQUENCIES),
+)
+
+Found = dict[str, Any]
+"""What is found of a flight; empty for a flight that is not flown."""
 
 
 def main() -> None:
-    jobs = [(actuation, loop) for actuation in ("tendons", "winches", "moments") for loop in LOOPS]
+    jobs = [(actuation, kind) for actuation in ("tendons", "winches", "moments") for kind in KINDS]
     # Most of the time goes into compiling kernels.
     with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
         flown = dict(zip(jobs, pool.map(_flown, *zip(*jobs, strict=True)), strict=True))
@@ -146,8 +162,30 @@ def _command(actuation: str, rates: Array) -> Callable[[float], Array]:
     return at
 
 
-def _scenario(actuation: str, task: str, loop: bool, frictions: int) -> ca.Scenario:
+def _letter(actuation: str, task: str) -> ca.Scenario:
+    """Return a flight whose camera follows the letter, from where it sees its start."""
+    vehicle = _vehicle(actuation, True)
+    target = ca.Target(ca.paths.letter(LETTER, duration=WRITTEN))
+    start = np.zeros(vehicle.layout.coordinates)
+    start[:3], start[3:6] = facing(vehicle, target.path([0.0])[0][0], target.distance)
+    carried = {"payload": TASKS[task]["payload"]} if (actuation, task) in _loaded() else {}
+    # One controller for all, which bends the arm through its actuation.
+    law = ca.twist_servoing(_vehicle("moments", True))
+    return ca.Scenario(
+        task or "free", start, controller=law, target=target, duration=WRITTEN, **carried
+    )
+
+
+def _loaded() -> set[tuple[str, str]]:
+    """Return (actuation, task) of all flights of actuations that some row gives a payload."""
+    return {(row[0], task) for row in ROWS if row[2] for task in TASKS}
+
+
+def _scenario(actuation: str, task: str, kind: Kind, frictions: int) -> ca.Scenario:
     """Return the flights of all frequencies, in the loop after the hover, for each friction."""
+    if kind == "letter":
+        return _letter(actuation, task)
+    loop = kind == "loop"
     vehicle = _vehicle(actuation, loop)
     rates = np.tile([0.0, *FREQUENCIES] if loop else FREQUENCIES, frictions)
     start = np.zeros(vehicle.layout.coordinates)
@@ -155,7 +193,7 @@ def _scenario(actuation: str, task: str, loop: bool, frictions: int) -> ca.Scena
     weight = 9.81 * vehicle.mass
     command = "bend_moment" if actuation == "moments" else "tendon_command"
     fields: dict[str, Any] = {command: _command(actuation, rates)}
-    if any(row[0] == actuation and row[2] for row in ROWS):
+    if (actuation, task) in _loaded():
         fields |= TASKS[task]
 
     def push(time: float) -> Array:
@@ -181,29 +219,30 @@ def _frictions(actuation: str, task: str) -> list[float]:
     return [row[1] for row in ROWS if (row[0], row[2]) == (actuation, task)]
 
 
-def _flown(actuation: str, loop: bool) -> dict[str, list[dict[str, Any]]]:
+def _flown(actuation: str, kind: Kind) -> dict[str, list[Found]]:
     """Fly all tasks of an actuation, and return what is found of each."""
-    return {task: _task(actuation, task, loop) for task in TASKS if _frictions(actuation, task)}
+    return {task: _task(actuation, task, kind) for task in TASKS if _frictions(actuation, task)}
 
 
-def _task(actuation: str, task: str, loop: bool) -> list[dict[str, Any]]:
+def _task(actuation: str, task: str, kind: Kind) -> list[Found]:
     """Fly every model, and return what is found of each run, friction by friction."""
-    frictions = _frictions(actuation, task)
-    scenario, vehicle = (
-        _scenario(actuation, task, loop, len(frictions)),
-        _vehicle(actuation, loop),
-    )
-    each = len(FREQUENCIES) + loop
+    frictions, each = _frictions(actuation, task), KINDS[kind]
+    if kind == "letter" and task == "wall":
+        # The letter is wider than the way to the wall.
+        return [{} for _ in frictions]
+    scenario = _scenario(actuation, task, kind, len(frictions))
+    vehicle = _vehicle(actuation, kind != "open")
     if any(frictions):
         rubs = np.repeat(frictions, each)
         fields = {f"arm.trunk.tendon.{name}.friction": rubs for name in ("inner", "outer")}
         vehicle = vehicle.replace(fields)
     options: dict[str, Any] = {"sample": SAMPLE, "threads": 1}
     coupled = ca.simulate(vehicle, scenario, **options)
-    found: list[dict[str, Any]] = []
+    coupled = coupled if "run" in coupled.dims else coupled.expand_dims("run")
+    found: list[Found] = []
     for run in range(each * len(frictions)):
         flight = coupled.isel(run=run)
-        one: dict[str, Any] = {"tip": flight[TIP].to_numpy().reshape(-1, 3)}
+        one: Found = {"tip": flight[TIP].to_numpy().reshape(-1, 3)}
         one["bends"] = np.abs(flight["bend"].to_numpy()).max()
         if "tendon_slack" in flight:
             # Beyond rounding: a tendon without a winch is never longer than its path.
@@ -211,9 +250,12 @@ def _task(actuation: str, task: str, loop: bool) -> list[dict[str, Any]]:
         if task == "wall":
             force = np.linalg.norm(flight["contact_force"].to_numpy().reshape(-1, 3), axis=1)
             one |= {"force": force.max(), "touches": (force > 0.0).mean()}
+        if kind == "letter":
+            one["pixels"] = float(np.sqrt((flight["feature_error"] ** 2).mean()))
         found.append(one)
     for model in MODELS:
         other = ca.simulate(vehicle, scenario, model=model, **options)
+        other = other if "run" in other.dims else other.expand_dims("run")
         off = {name: np.ravel(value) for name, value in ca.compare(coupled, other).items()}
         for run, one in enumerate(found):
             tip, angle = float(off["rmse_t_m"][run]) / LENGTH, float(off["angle_rad"][run])
@@ -224,14 +266,13 @@ def _task(actuation: str, task: str, loop: bool) -> list[dict[str, Any]]:
     return found
 
 
-def _joined(row: Row, flown: dict[Any, Any]) -> list[dict[str, Any]]:
+def _joined(row: Row, flown: dict[Any, Any]) -> list[Found]:
     """Return what was found of a row, column by column."""
     actuation, friction, task = row
     number = _frictions(actuation, task).index(friction)
     found = []
-    for loop in LOOPS:
-        each = len(FREQUENCIES) + loop
-        found += flown[actuation, loop][task][number * each : (number + 1) * each]
+    for kind, each in KINDS.items():
+        found += flown[actuation, kind][task][number * each : (number + 1) * each]
     return found
 
 
@@ -240,16 +281,22 @@ def _ideal(row: Row) -> Row:
     return "moments", 0.0, row[2]
 
 
-def _apart(one: dict[str, Any], other: dict[str, Any]) -> float:
+def _apart(one: Found, other: Found) -> float:
     """Return the RMS distance of two tips [m]."""
     return float(np.sqrt(np.mean(np.sum((one["tip"] - other["tip"]) ** 2, axis=1))))
 
 
-def _good(one: dict[str, Any], model: str) -> bool:
+def _good(one: Found, model: str) -> bool:
     return bool(one[model]["error"] <= TOLERANCE)
 
 
-def _tables(found: dict[Row, list[dict[str, Any]]]) -> list[str]:
+def _differ(row: list[Found], other: list[Found], model: str) -> list[bool]:
+    """Return, of each flight that is flown, whether the verdicts of two rows differ."""
+    pairs = zip(row, other, strict=True)
+    return [_good(own, model) != _good(ideal, model) for own, ideal in pairs if own]
+
+
+def _tables(found: dict[Row, list[Found]]) -> list[str]:
     lines: list[str] = []
     plain = found["moments", 0.0, ""]
     for model in MODELS:
@@ -257,6 +304,9 @@ def _tables(found: dict[Row, list[dict[str, Any]]]) -> list[str]:
         for row, columns in found.items():
             cells = []
             for own, ideal in zip(columns, plain, strict=True):
+                if not own:
+                    cells.append(MISSING)
+                    continue
                 text = _percent(own[model]["error"])
                 text = f"**{text}**" if _good(own, model) else text
                 cells.append(text + (" ≠" if _good(own, model) != _good(ideal, model) else ""))
@@ -264,46 +314,45 @@ def _tables(found: dict[Row, list[dict[str, Any]]]) -> list[str]:
         lines.append("")
     lines += ["The same for `decoupled` as `nrmse_t` [%]:", "", *_heads()]
     for row, columns in found.items():
-        lines.append(_line(row, [_percent(own["decoupled"]["nrmse_t"]) for own in columns]))
+        cells = [_percent(own["decoupled"]["nrmse_t"]) if own else MISSING for own in columns]
+        lines.append(_line(row, cells))
     lines += ["", "How far the coupled flight is from that with ideal moments [mm (% of the arm)]:"]
     lines += ["", *_heads()]
     for row, columns in found.items():
         reference = plain if row == _ideal(row) else found[_ideal(row)]
         pairs = zip(columns, reference, strict=True)
-        off = [_apart(own, ideal) for own, ideal in pairs]
+        off = [1e3 * _apart(own, ideal) if own else None for own, ideal in pairs]
         cells = [
-            f"{style.short(1e3 * each)} ({style.short(100.0 * each / LENGTH)})" for each in off
+            MISSING
+            if each is None or row == _ideal(("", 0.0, ""))
+            else f"{style.short(each)} ({style.short(0.1 * each / LENGTH)})"
+            for each in off
         ]
-        lines.append(_line(row, cells if row != _ideal(("", 0.0, "")) else ["–"] * len(off)))
+        lines.append(_line(row, cells))
     lines += ["", *_sentences(found)]
     return lines
 
 
-def _sentences(found: dict[Row, list[dict[str, Any]]]) -> list[str]:
+def _sentences(found: dict[Row, list[Found]]) -> list[str]:
     """Return what else the flights show, and how many verdicts change."""
     plain = found["moments", 0.0, ""]
     lines = []
     for model in MODELS:
-        changed = {
-            name: sum(
-                _good(own, model) != _good(ideal, model)
-                for own, ideal in zip(found[row], plain, strict=True)
-            )
-            for row, name in ROWS.items()
-        }
-        same_task = sum(
-            _good(own, model) != _good(ideal, model)
+        changed = {name: _differ(found[row], plain, model) for row, name in ROWS.items()}
+        same_task = [
+            each
             for row in ROWS
             if row != _ideal(row)
-            for own, ideal in zip(found[row], found[_ideal(row)], strict=True)
-        )
-        total = sum(changed.values())
-        whole = (len(ROWS) - 1) * len(COLUMNS)
-        differ = [f"{name} {count}" for name, count in changed.items() if count]
+            for each in _differ(found[row], found[_ideal(row)], model)
+        ]
+        every = [
+            each for row in ROWS if row != _ideal(("", 0.0, "")) for each in changed[ROWS[row]]
+        ]
+        differ = [f"{name} {sum(each)}" for name, each in changed.items() if any(each)]
         lines.append(
-            f"* `{model}`: {total} of {whole} verdicts differ from that with ideal moments"
-            f"{' (' + '; '.join(differ) + ')' if differ else ''}. Against ideal moments in the same"
-            f" task it is {same_task} of {5 * len(COLUMNS)}."
+            f"* `{model}`: {sum(every)} of {len(every)} verdicts differ from that with ideal "
+            f"moments{' (' + '; '.join(differ) + ')' if differ else ''}. Against ideal moments in "
+            f"the same task it is {sum(same_task)} of {len(same_task)}."
         )
     ratios = [
         own["decoupled"]["error"] / ideal["decoupled"]["error"]
@@ -312,7 +361,8 @@ def _sentences(found: dict[Row, list[dict[str, Any]]]) -> list[str]:
         for own, ideal in zip(found[row], plain, strict=True)
     ]
     slack = [100.0 * own["slack"] for own in found["winches", 0.0, ""]]
-    walls = [own for row in ROWS if row[2] == "wall" for own in found[row]]
+    walls = [own for row in ROWS if row[2] == "wall" for own in found[row] if own]
+    pixels = [own["pixels"] for row in found.values() for own in row if "pixels" in own]
     lines += [
         f"* Tendons whose tension is commanded change the error of `decoupled` by factors of "
         f"{min(ratios):.2g} to {max(ratios):.2g}.",
@@ -322,8 +372,13 @@ def _sentences(found: dict[Row, list[dict[str, Any]]]) -> list[str]:
         f"* The wall is touched for {100.0 * min(own['touches'] for own in walls):.0f} to "
         f"{100.0 * max(own['touches'] for own in walls):.0f} % of a flight, with up to "
         f"{max(own['force'] for own in walls):.1f} N.",
+        f"* The camera follows the letter with {min(pixels):.0f} to {max(pixels):.0f} px RMS.",
     ]
     return lines
+
+
+MISSING = "–"
+"""The cell of a flight that is not flown, or not compared."""
 
 
 def _percent(value: float) -> str:
@@ -341,11 +396,12 @@ def _line(row: Row, cells: list[str]) -> str:
     return f"| {ROWS[row]} | {' | '.join(cells)} |"
 
 
-def _figure(found: dict[Row, list[dict[str, Any]]]) -> Any:
+def _figure(found: dict[Row, list[Found]]) -> Any:
     """Draw the decoupled model's error of every row and flight against the tolerance."""
     colours = [style.MODELS[name]["color"] for name in style.MODELS]
     looks = [("D", style.PAPER_COLOUR, style.PAPER_COLOUR)]
     looks += [("o", colour, colour) for colour in colours]
+    looks += [("^", style.PAPER_COLOUR, "white")]
     looks += [("s", colour, "white") for colour in colours]
     with style.applied():
         figure = style.new_figure(style.PAGE_WIDTH, 3.0)
@@ -354,10 +410,13 @@ def _figure(found: dict[Row, list[dict[str, Any]]]) -> Any:
         shifts = 0.09 * (np.arange(len(COLUMNS)) - 0.5 * (len(COLUMNS) - 1))
         handles = []
         for column, (mark, edge, face) in enumerate(looks):
-            values = [100.0 * own[column]["decoupled"]["error"] for own in found.values()]
+            values = [
+                100.0 * own[column]["decoupled"]["error"] if own[column] else np.nan
+                for own in found.values()
+            ]
             whole: dict[str, Any] = {"color": edge, "markerfacecolor": face, "markersize": 4.5}
             axes.plot(places + shifts[column], values, mark, **whole)
-            words = COLUMNS[column] if column <= len(FREQUENCIES) else f"open, {COLUMNS[column]}"
+            words = ("open, " if column > len(FREQUENCIES) + 1 else "") + COLUMNS[column]
             handles.append(Line2D([], [], marker=mark, linestyle="", label=words, **whole))
         axes.axhline(100.0 * TOLERANCE, color=style.FAILED_COLOUR, linewidth=1.0)
         axes.text(
@@ -377,22 +436,17 @@ def _figure(found: dict[Row, list[dict[str, Any]]]) -> Any:
             figure,
             _finding(found),
             "Larger of the tip's distance over the arm's length and of its angle in rad, RMS of "
-            f"{DURATION:g} s. Loop: with rotors; open: constant lift.",
+            "the flight. Loop, letter: with rotors; open: constant lift.",
             handles=handles,
         )
     return figure
 
 
-def _finding(found: dict[Row, list[dict[str, Any]]]) -> str:
+def _finding(found: dict[Row, list[Found]]) -> str:
     plain = found["moments", 0.0, ""]
     rows = [row for row in found if row != ("moments", 0.0, "")]
-    changed = sum(
-        _good(own, "decoupled") != _good(ideal, "decoupled")
-        for row in rows
-        for own, ideal in zip(found[row], plain, strict=True)
-    )
-    whole = len(rows) * len(COLUMNS)
-    return f"A real arm changes {changed} of {whole} verdicts on decoupling"
+    changed = [each for row in rows for each in _differ(found[row], plain, "decoupled")]
+    return f"A real arm changes {sum(changed)} of {len(changed)} verdicts on decoupling"
 
 
 if __name__ == "__main__":

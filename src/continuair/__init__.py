@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from continuair.analysis.metrics import compare as compare
     from continuair.analysis.modes import modes as modes
     from continuair.analysis.motion import backbone as backbone
+    from continuair.analysis.pressing import pressing as pressing
     from continuair.analysis.tendon_tensions import tendon_tensions as tendon_tensions
     from continuair.analysis.trim import trim as trim
     from continuair.controllers.classic import classic as classic
@@ -104,6 +105,7 @@ _HOME = {
     "gradient": "analysis.gradient",
     "linearize": "analysis.linear",
     "modes": "analysis.modes",
+    "pressing": "analysis.pressing",
     "tendon_tensions": "analysis.tendon_tensions",
     "trim": "analysis.trim",
     "lyapunov": "analysis.lyapunov",

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import continuair as ca
+from continuair.analysis.nearest import nearest
 from tests.refusals import refused
 from tests.sections.strains import flying, rod
 
@@ -184,3 +185,95 @@ def test_scenes_that_cannot_be_are_refused() -> None:
     plain = ca.Vehicle(name="none", uav={"mass": 1.0, "inertia": [0.01, 0.01, 0.01]})
     with refused("scenario.obstacles"):
         ca.simulate(plain, ca.Scenario("x", np.zeros(6), obstacles=[ca.Plane()]))
+
+
+def presser(*sections: dict[str, Any]) -> ca.Vehicle:
+    """Return a vehicle whose attitude loop is stable while its hanging arm presses."""
+    uav = {"mass": 2.2, "inertia": [0.022, 0.022, 0.038]}
+    arm = {"name": "arm", "mount": [0.0, 0.0, -0.05], "section": list(sections)}
+    return ca.Vehicle(name="presser", uav=uav, arm=[arm])
+
+
+def part(length: float = 0.3, **changes: Any) -> dict[str, Any]:
+    given = {"length": length, "radius": 0.004, "mass_per_length": 0.08, "damping_ratio": 0.2}
+    return given | {"bending_stiffness": 0.2} | changes
+
+
+SIDE = ca.Box(centre=[0.15, 0.0, 0.45], size=[0.2, 0.4, 0.2], damping=0.5)
+TWO = presser(part(0.15, name="a"), part(0.15, name="b", bending_stiffness=0.15))
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "obstacle", "force"),
+    [
+        (presser(part()), ca.Plane(point=[0.05, 0.0, 0.53], normal=[-1.0, 0.0, 1.0]), 1.0),
+        *(
+            pytest.param(*each, marks=pytest.mark.long)
+            for each in [
+                (presser(part(strain={"bending": 1})), SIDE, 2.0),
+                (TWO, SIDE, 2.0),
+                (presser(part()), ca.Sphere(centre=[0.35, 0.0, 0.5], radius=0.3), 0.5),
+            ]
+        ),
+    ],
+    ids=["plane", "linear strain", "two sections", "sphere"],
+)
+def test_an_arm_presses_with_the_force_that_was_asked_for(
+    vehicle: ca.Vehicle, obstacle: ca.Obstacle, force: float
+) -> None:
+    held = ca.pressing(vehicle, obstacle, force, point=[0.05, 0.0, 0.535])
+    _, normal = nearest(obstacle, np.array([0.05, 0.0, 0.535]))
+    start = np.zeros(vehicle.layout.coordinates)
+    start[:3] = np.array([0.05, 0.0, 0.885]) + 0.04 * normal
+    scenario = ca.Scenario(
+        "press",
+        start,
+        controller=ca.flight_controller(vehicle, bend_bandwidth=0.0, position_bandwidth=5.0),
+        setpoints=ca.Setpoints(times=[0.0, 1.0], position=[start[:3], held.q[:3]]),
+        obstacles=[obstacle],
+        duration=6.0,
+    )
+    flight = ca.simulate(vehicle, scenario, sample=0.02)
+    pressed = flight["contact_force"].isel(arm=0, time=-1).to_numpy()
+    # At the controller's slowest pole, 1 rad/s, exp(-5) of the error is left after the ramp.
+    assert pressed == pytest.approx(force * normal, abs=0.01 * force)
+    upright = Rotation.from_quat(flight["attitude"][-1].to_numpy()).apply([0.0, 0.0, 1.0])
+    weight = np.array([0.0, 0.0, 9.81 * vehicle.mass])
+    assert held.thrust * upright == pytest.approx(weight - force * normal, abs=0.01 * force)
+
+
+def test_a_tip_presses_only_where_it_stays() -> None:
+    vehicle, top, place = presser(part()), [0.0, 0.0, 0.0], [0.05, 0.0, 0.535]
+    # A ball below the tip pushes it aside with F/R per length, the arm back with about 3 EI/l³.
+    ball = ca.Sphere(centre=[0.0, 0.0, -0.3], radius=0.3)
+    assert ca.pressing(vehicle, ball, 1.0, point=top).q[2] == pytest.approx(0.35, abs=5e-3)
+    with refused("force"):
+        ca.pressing(vehicle, ca.Sphere(centre=[0.0, 0.0, -0.02], radius=0.02), 1.0, point=top)
+    with refused("force"):
+        ca.pressing(vehicle, ca.Plane(), 30.0, point=top)
+    with refused("force"):
+        ca.pressing(vehicle, SIDE, -1.0, point=place)
+    # A wall up to the sky holds the whole arm.
+    with refused("point"):
+        ca.pressing(vehicle, ca.Plane(point=[0.05, 0.0, 0.0], normal=[-1, 0, 0]), 1.0, point=place)
+    with refused("point"):
+        ca.pressing(vehicle, ca.Box(centre=[0, 0, 0], size=[1e-3, 1, 1]), 10.0, point=top)
+    with refused("vehicle"):
+        ca.pressing(ca.load_vehicle("dual_arm"), SIDE, 1.0, point=place)
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.shape)
+def test_the_nearest_point_is_on_the_surface_and_the_normal_is_the_slope(
+    shape: ca.Obstacle,
+) -> None:
+    points = np.random.default_rng(3).uniform(-0.6, 0.6, (200, 3))
+    distance, normal = nearest(shape, points)
+    assert np.linalg.norm(normal, axis=-1) == pytest.approx(np.ones(200), rel=1e-12)
+    assert (distance < 0.0).any() and (distance > 0.0).any()
+    surface, _ = nearest(shape, points - distance[:, None] * normal)
+    assert surface == pytest.approx(np.zeros(200), abs=1e-12)
+    h = 1e-6 * np.eye(3)
+    slope = np.stack(
+        [nearest(shape, points + e)[0] - nearest(shape, points - e)[0] for e in h], axis=-1
+    )
+    assert slope / 2e-6 == pytest.approx(normal, abs=1e-4)

@@ -30,6 +30,7 @@ USE_IT = {
     "hold",
     "rigid_inertia",
     "tendon_tensions",
+    "pressing",
     "to_casadi",
     "to_mjcf",
 }

@@ -38,7 +38,7 @@ def balance(slope: Slope, largest: Array, shares: Shares) -> Array | None:
     for _ in range(1 + size):
         ends = [end for way in ways if (end := _downhill(slope, way, largest, shares)) is not None]
         for end in sorted(ends, key=lambda end: np.round(np.linalg.norm(end / largest.max()), 6)):
-            curvatures, axes = np.linalg.eigh(_curvature(slope, end, largest))
+            curvatures, axes = np.linalg.eigh(curvature(slope, end, largest))
             if curvatures[0] > -_NEUTRAL:
                 return end
             tip_over = _PUSH * largest.min() * _steepest(curvatures, axes)
@@ -64,7 +64,7 @@ def _downhill(slope: Slope, x: Array, largest: Array, shares: Shares) -> Array |
     """
     for _ in range(_STEPS):
         (steep,) = slope(x[None])
-        curvatures, axes = np.linalg.eigh(_curvature(slope, x, largest))
+        curvatures, axes = np.linalg.eigh(curvature(slope, x, largest))
         step = -axes @ (axes.T @ steep / np.maximum(np.abs(curvatures), _FLATTEST))
         if np.abs(steep).max() < _BALANCED * largest.min():
             # A last Newton step for full precision.
@@ -92,7 +92,7 @@ def _leads_down(
     return bool(after @ step <= -_FALLS * (steep @ step))
 
 
-def _curvature(slope: Slope, x: Array, largest: Array) -> Array:
+def curvature(slope: Slope, x: Array, largest: Array) -> Array:
     """Return the symmetric part of the Hessian (n, n); largest: of each coordinate."""
     h = _DIFFERENCE * largest
     aside = np.diag(h)

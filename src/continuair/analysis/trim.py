@@ -103,7 +103,14 @@ def trim(
         return q, holding(engine, q, gravity, on_tips)
 
     if bend is None:
-        k = _free_bend(vehicle, lambda k: held(k)[1][:, layout.bend_moment])
+        free = free_bend(vehicle, lambda k: held(k)[1][:, layout.bend_moment])
+        if free is None:
+            raise InputError(
+                "gravity",
+                "and tip_wrench: no stable equilibrium below a full circle was found",
+                "reduce them, or give the bend",
+            )
+        k = free
     else:
         k = checks.vector("bend", bend, layout.bends)
         check_bend("bend", bend, k, vehicle)
@@ -112,27 +119,25 @@ def trim(
     return Trim(q, inputs[layout.force], inputs[layout.moment], bend_moment)
 
 
-def _free_bend(vehicle: Vehicle, needed: Callable[[Array], Array]) -> Array:
-    """Return the equilibrium bend (bends,) [1/m] reached from straight arms, or raise InputError.
+def unit_springs(vehicle: Vehicle) -> Array:
+    """Return roots of the stiffnesses (bends,), by which bends are scaled to springs of 1."""
+    return np.sqrt(of_coordinates(vehicle, "stiffness")[0])
+
+
+def free_bend(vehicle: Vehicle, needed: Callable[[Array], Array]) -> Array | None:
+    """Return the equilibrium bend (bends,) [1/m] reached from straight arms, or None.
 
     needed: returns the bend moments (n, bends) [N m²] that hold bends (n, bends).
     """
     if not vehicle.arms:
         return np.zeros(0)
-    # Divided by the root of the stiffness, moments and bends are those of springs of stiffness 1.
-    unit = np.sqrt(of_coordinates(vehicle, "stiffness")[0])
+    unit = unit_springs(vehicle)
     found = balance(
         lambda x: needed(x / unit) / unit,
         largest_bends(vehicle) * unit,
         lambda x: bent_shares(vehicle, x / unit),
     )
-    if found is None:
-        raise InputError(
-            "gravity",
-            "and tip_wrench: no stable equilibrium below a full circle was found",
-            "reduce them, or give the bend",
-        )
-    return np.asarray(found / unit)
+    return None if found is None else np.asarray(found / unit)
 
 
 def held_hover(vehicle: Vehicle, q: Array, gravity: float = 9.81) -> dict[str, Array]:
