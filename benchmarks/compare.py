@@ -1,12 +1,16 @@
 """Measure continuair beside its peers on this machine: one round of all of them after the other.
 
     python benchmarks/compare.py [--rounds 7] [--python ADAPTER=PATH ...]
+    python benchmarks/compare.py --peers soromox_hub --only "linear strain"
 
 Every peer has an adapter in benchmarks/peers, run as a process of its own. Its Python is this one
 where the pinned versions (extras `oracles` and `bench`) are installed here, else .peers/<adapter>,
 which is made on first use, or the one that --python names. A peer that cannot be installed or
 started is reported as not measured, with the reason. Writes benchmarks/peers.json,
 docs/explanation/peers.md and docs/images/peers.png.
+
+With --peers, some of the peers are measured, and with --only, cases whose names contain a text.
+Their ratios are printed then, and nothing is written.
 """
 
 from __future__ import annotations
@@ -182,6 +186,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--python", action="append", default=[], metavar="ADAPTER=PATH")
+    parser.add_argument("--peers", nargs="+", default=PEERS, choices=PEERS)
+    parser.add_argument("--only", default="", metavar="TEXT")
     arguments = parser.parse_args()
     given = dict(item.split("=", 1) for item in arguments.python)
     result: dict[str, Any] = {
@@ -195,11 +201,12 @@ def main() -> None:
     }
     with tempfile.TemporaryDirectory() as cache:
         pythons: dict[str, str] = {}
-        for adapter in (OURS, *PEERS):
+        for adapter in (OURS, *arguments.peers):
             print(adapter, flush=True)
             try:
                 python = python_for(adapter, given)
-                result["start_up"][adapter] = start_up(adapter, python, f"{cache}/{adapter}")
+                if not arguments.only:
+                    result["start_up"][adapter] = start_up(adapter, python, f"{cache}/{adapter}")
                 pythons[adapter] = python
             except NotMeasured as reason:
                 result["not_measured"][adapter] = str(reason)
@@ -207,35 +214,53 @@ def main() -> None:
         cores = len(os.sched_getaffinity(0))
         for threads in dict.fromkeys((1, cores)):
             print(f"{threads} thread{'s' if threads > 1 else ''}", flush=True)
-            workers = _workers(pythons, threads, cache)
-            rounds = measure(workers, arguments.rounds)
-            result["measured"][str(threads)] = {
-                worker.adapter: {
-                    "versions": worker.ready["versions"],
-                    "stages": worker.ready["stages"],
-                    "cases": {
-                        name: {**case, "rounds": rounds[worker.adapter][name]}
-                        for name, case in worker.ready["cases"].items()
-                    },
-                }
-                for worker in workers
-            }
-            for worker in workers:
-                worker.close()
+            workers = _workers(pythons, threads, cache, "--only", arguments.only)
+            result["measured"][str(threads)] = measured_by(workers, arguments.rounds)
+    if arguments.only or len(arguments.peers) < len(PEERS):
+        print_ratios(result)
+        return
     JSON.write_text(json.dumps(result, indent=1) + "\n")
     peers_page.write(result, ROOT / "docs")
 
 
-def _workers(pythons: dict[str, str], threads: int, cache: str) -> list[Worker]:
+def _workers(pythons: dict[str, str], threads: int, cache: str, *options: str) -> list[Worker]:
     """Those of the adapters that have cases for so many threads."""
     workers = []
     for adapter, python in pythons.items():
-        worker = start(adapter, python, threads, f"{cache}/{adapter}")
+        worker = start(adapter, python, threads, f"{cache}/{adapter}", *options)
         if worker.ready["cases"]:
             workers.append(worker)
         else:
             worker.close()
     return workers
+
+
+def measured_by(workers: list[Worker], rounds: int) -> dict[str, Any]:
+    """Measure the cases of the workers, and end them."""
+    found = measure(workers, rounds)
+    for worker in workers:
+        worker.close()
+    return {
+        worker.adapter: {
+            "versions": worker.ready["versions"],
+            "stages": worker.ready["stages"],
+            "cases": {
+                name: {**case, "rounds": found[worker.adapter][name]}
+                for name, case in worker.ready["cases"].items()
+            },
+        }
+        for worker in workers
+    }
+
+
+def print_ratios(result: dict[str, Any]) -> None:
+    """Print medians per unit of work, and ratios to ours, of all cases."""
+    for threads in result["measured"]:
+        clock = "cpu" if threads == "1" else "wall"
+        for row in peers_page.rows_of(result, threads, clock):
+            per_unit = 1e6 * getattr(row, clock)
+            what = f"{row.label}: {per_unit:.4g} µs per {row.case['unit']}"
+            print(f"{threads} threads, {what}, {row.ratio:.4g} times ours ({clock})")
 
 
 if __name__ == "__main__":

@@ -34,6 +34,7 @@ TARGETS = (
     ("soromox_hub", "floating hub", 300.0),
     ("soromox_hub", "floating hub, 12 points", 300.0),
     ("soromox_hub", "floating hub, two sections, batch", 500.0),
+    ("soromox_hub", "floating hub, linear strain, batch", 50.0),
     ("machinevision_servo", "servo loop", 50.0),
 )
 
@@ -77,8 +78,9 @@ def rows_of(result: dict[str, Any], threads: str, clock: str) -> list[Row]:
 
 
 def _same_shape(name: str) -> str:
-    """Our case of as many sections, alone or in a batch."""
-    shape = "two sections" if "two sections" in name else "coupled"
+    """Our case of the same arm, alone or in a batch."""
+    shapes = (each for each in ("two sections", "linear strain") if each in name)
+    shape = next(shapes, "coupled")
     return f"{shape}, batch" if "batch" in name else shape
 
 

@@ -12,6 +12,8 @@ from amiri2026 import open_loop_test
 from continuair.scenario.tracking_task import task
 from continuair.typing import Method
 from tests.refusals import refused
+from tests.sections.strains import flying, rod
+from tests.tendons.pulled import FOUR, pulled
 
 Array = np.ndarray
 
@@ -267,3 +269,62 @@ def test_a_function_that_cannot_be_resolved_is_refused() -> None:
 def test_single_precision_keeps_to_its_tolerance() -> None:
     found = fly(RELEASE, rtol=1e-4, dtype="float32")
     assert apart(found, fly(RELEASE, rtol=1e-10)) < 3e-4
+
+
+def touching(draw: np.random.Generator) -> tuple[ca.Vehicle, ca.Scenario]:
+    """Return a random flight of an arm against a wall beside it, or a floor below it."""
+    a, q, rates = draw.uniform(0.0, 2.0 * np.pi), np.zeros(8), np.zeros(8)
+    wall = draw.random() < 0.5
+    normal = np.array([np.cos(a), np.sin(a), 0.0] if wall else [*draw.uniform(-0.3, 0.3, 2), 1.0])
+    normal /= np.linalg.norm(normal)
+    rates[:3] = 0.3 * draw.uniform(-1.0, 1.0, 3) - draw.uniform(0.2, 1.5) * normal
+    rates[3:6] = draw.uniform(-1.0, 1.0, 3)
+    nearest = np.array([0.0, 0.0, -0.3 if wall else -0.55])
+    plane = ca.Plane(
+        point=nearest - (0.006 + draw.uniform(1e-3, 1e-2)) * normal,
+        normal=normal,
+        stiffness=10.0 ** draw.uniform(3.0, 5.0),
+        damping=draw.uniform(0.0, 1.0),
+        friction=draw.uniform(0.0, 0.6),
+    )
+    vehicle = flying(rod(damping_ratio=0.02), mount=[0.0, 0.0, -0.05])
+    return vehicle, ca.Scenario("touching", q, rates, duration=0.15, obstacles=[plane])
+
+
+def rubbing(draw: np.random.Generator) -> tuple[ca.Vehicle, ca.Scenario]:
+    """Return a random flight of an arm with tendons that rub, under random commands."""
+    group = {
+        "angles": FOUR,
+        "pretension": draw.uniform(0.5, 5.0),
+        "friction": draw.uniform(0.05, 0.6),
+        "friction_stiffness": 10.0 ** draw.uniform(3.0, 4.5),
+    }
+    rates = draw.normal(size=8) * np.array([1.0] * 6 + [5.0, 1.0])
+    size, pace = draw.uniform(0.0, 3.0, 4), draw.uniform(5.0, 60.0, 4)
+
+    def command(t: float) -> Any:
+        return size * np.sin(pace * t) ** 2
+
+    scenario = ca.Scenario(
+        "rubbing", np.zeros(8), rates, duration=0.15, gravity=0.0, tendon_command=command
+    )
+    return pulled(group, damping_ratio=0.02), scenario
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::continuair.errors.ContinuairWarning")
+def test_the_error_of_flights_with_kinks_is_told() -> None:
+    """Within a factor of 3, in 90 of 100 random flights whose error is above 1e-6."""
+    ratios: list[float] = []
+    for make, wanted in ((touching, 50), (rubbing, 100)):
+        draw = np.random.default_rng(19)
+        while len(ratios) < wanted:
+            vehicle, scenario = make(draw)
+            found = fly(scenario, vehicle, rtol=1e-4, check=True, sample=0.01)
+            reference = fly(scenario, vehicle, rtol=1e-10, sample=0.01)
+            assert int(found["status"]) == int(reference["status"]) == 0
+            true = float(apart(found, reference, vehicle))
+            if true > 1e-6:
+                ratios.append(float(found["error_estimate"]) / true)
+    told = np.array(ratios)
+    assert ((told > 1.0 / 3.0) & (told < 3.0)).sum() >= 90

@@ -57,11 +57,12 @@ def serve(
 ) -> None:
     """Answer compare.py until it closes the pipe; `single` is left out on several threads.
 
-    --first: build and take the first case only.
+    --first: build and take the first case only. --only: those whose names contain a text.
     """
     parser = argparse.ArgumentParser()
     parser.add_argument("--threads", type=int, required=True)
     parser.add_argument("--first", action="store_true")
+    parser.add_argument("--only", default="")
     parser.add_argument("--needs", action="store_true", help="print the distributions, and stop")
     arguments = parser.parse_args()
     if arguments.needs:
@@ -74,7 +75,8 @@ def serve(
     os.dup2(2, 1)
     setup = Setup(json.loads(sys.stdin.readline()), arguments.threads)
     builders = {**single, **batch} if arguments.threads == 1 else batch
-    chosen = dict(list(builders.items())[: 1 if arguments.first else None])
+    named = [(name, build) for name, build in builders.items() if arguments.only in name]
+    chosen = dict(named[: 1 if arguments.first else None])
     cases = {name: build(setup) for name, build in chosen.items()}
     for case in cases.values():
         case.run()

@@ -13,25 +13,25 @@ SERVO_SECONDS, PERIOD = 20.0, 1e-3
 MODELS = ("coupled", "decoupled", "independent")
 
 
-def vehicle_of(sections: int) -> Any:
-    """The preset `paper`, its arm cut into equal sections."""
+def vehicle_of(sections: int, linear: bool = False) -> Any:
+    """The preset `paper`, its arm cut into equal sections; linear: their bend is, along them."""
     import continuair as ca
 
     paper = ca.load_vehicle("paper")
-    if sections == 1:
+    if sections == 1 and not linear:
         return paper
     names = ("radius", "density", "youngs_modulus", "damping")
     part = {name: getattr(paper.arm, name) for name in names}
     part["length"] = paper.arm.length / sections
+    part |= {"strain": {"bending": 1}, "nodes": 6} if linear else {}
     arm = {"mount": paper.uav.mount, "section": [part] * sections}
     uav = {"mass": paper.uav.mass, "inertia": paper.uav.inertia}
     return ca.Vehicle(name="equal sections", uav=uav, arm=[arm])
 
 
-def turning(sections: int) -> tuple[list[float], list[float]]:
+def turning(bends: int) -> tuple[list[float], list[float]]:
     """Slightly bent and turning slowly: all terms are at work."""
-    straight = [0.0, 0.0] * sections
-    return [0, 0, 5, 0, 0, 0, *[0.1, 0.0] * sections], [0, 0, 0, 0.1, 0.1, 0.1, *straight]
+    return [0, 0, 5, 0, 0, 0, *[0.1, 0.0] * (bends // 2)], [0, 0, 0, 0.1, 0.1, 0.1, *[0.0] * bends]
 
 
 def free_flight(vehicle: Any) -> Any:
@@ -40,7 +40,7 @@ def free_flight(vehicle: Any) -> Any:
 
     mass = vehicle.uav.mass + sum(arm.mass for arm in vehicle.arms)
     weight = (0.0, 0.0, 9.81 * float(mass))
-    q, qd = turning(vehicle.sections)
+    q, qd = turning(2 * vehicle.sections)
     return ca.Scenario("free flight", q, qd, force=weight, duration=STEP * STEPS)
 
 
@@ -56,6 +56,7 @@ def one_run(model: str, sections: int = 1) -> Builder:
                 vehicle,
                 scenario,
                 model=model,
+                method="RK4",
                 step=STEP,
                 sample=STEP * STEPS,
                 variables=("tip_position",),
@@ -76,14 +77,14 @@ def what_of(sections: int) -> str:
     return f"{several}{6 + 2 * sections} DoF"
 
 
-def batch(model: str, dtype: str = "float64", sections: int = 1) -> Builder:
+def batch(model: str, dtype: str = "float64", sections: int = 1, linear: bool = False) -> Builder:
     def build(setup: Setup) -> Case:
         import numpy as np
 
         import continuair as ca
 
-        vehicle = vehicle_of(sections).replace({"uav.mass": np.linspace(1.0, 3.0, RUNS)})
-        fall = ca.Scenario("fall", *turning(sections))
+        vehicle = vehicle_of(sections, linear).replace({"uav.mass": np.linspace(1.0, 3.0, RUNS)})
+        fall = ca.Scenario("fall", *turning(2 * sections * (1 + linear)))
         seconds = STEP * BATCH_STEPS
 
         def fly() -> None:
@@ -92,6 +93,7 @@ def batch(model: str, dtype: str = "float64", sections: int = 1) -> Builder:
                 fall,
                 model=model,
                 dtype=dtype,
+                method="RK4",
                 step=STEP,
                 sample=seconds,
                 duration=seconds,
@@ -102,7 +104,8 @@ def batch(model: str, dtype: str = "float64", sections: int = 1) -> Builder:
 
         with setup.timed("compile"):
             fly()
-        what = f"{model} model, {what_of(sections)}, {RUNS} vehicles"
+        arms = "linear strain of 6 nodes, 10 DoF" if linear else what_of(sections)
+        what = f"{model} model, {arms}, {RUNS} vehicles"
         return Case(fly, RUNS * BATCH_STEPS, "RK4 step", what, dtype, step=STEP, runs=RUNS)
 
     return build
@@ -146,6 +149,7 @@ BATCH = {
     **{f"{model}, batch": batch(model) for model in MODELS},
     "coupled, batch, float32": batch("coupled", "float32"),
     "two sections, batch": batch("coupled", sections=2),
+    "linear strain, batch": batch("coupled", linear=True),
 }
 
 if __name__ == "__main__":

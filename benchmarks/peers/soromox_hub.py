@@ -41,9 +41,40 @@ def robot(vehicle: dict[str, Any], sections: int, points: int) -> Any:
     )
 
 
-def flight(runs: int, steps: int, points: int = 5, sections: int = 1) -> Builder:
+def strained(vehicle: dict[str, Any], points: int) -> Any:
+    """The hub with an arm whose bend is linear along it, in both directions."""
+    import jax.numpy as jnp
+    import numpy as np
+    from soromox.systems.components import JointSpec, LinkSpec
+    from soromox.systems.gvs import GVS, GVSSegment, StrainBasisSpec
+
+    volume = np.pi * HUB_RADIUS**2 * HUB_LENGTH
+    hub = HUB_LENGTH, HUB_RADIUS, vehicle["uav_mass"] / volume, []
+    rod = vehicle["length"], vehicle["radius"], vehicle["density"], [1, 2]
+    segments = []
+    for length, radius, density, bending in (hub, rod):
+        varies = [int(component in bending) for component in range(6)]
+        link = LinkSpec.circular(
+            length=length,
+            radius=radius,
+            density=density,
+            young_modulus=vehicle["youngs_modulus"],
+            poisson_ratio=0.3,
+            reference_strain=[0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
+        )
+        basis = StrainBasisSpec("legendre", varies, varies)
+        segments.append(
+            GVSSegment(link=link, joint=JointSpec.fixed(), num_gauss_points=points, basis=basis)
+        )
+    gravity = jnp.asarray([0.0, 0.0, -9.81])
+    return GVS.from_segments(segments, gravity=gravity, floating_base=True, backend="jax")
+
+
+def flight(
+    runs: int, steps: int, points: int = 5, sections: int = 1, linear: bool = False
+) -> Builder:
     """runs: 1 for a single flight, more for a batch through vmap. points: of Gauss, 5 by default,
-    in each of the equal sections of the arm.
+    in each of the equal sections of the arm. linear: one section, with a bend linear along it.
 
     Five do not resolve an arm bent to a full circle (4e-5 of the accelerations); twelve do, to the
     1e-7 that the rounding of its nodes leaves.
@@ -58,8 +89,12 @@ def flight(runs: int, steps: int, points: int = 5, sections: int = 1) -> Builder
             import numpy as np
             import soromox.systems  # noqa: F401
         with setup.timed("build"):
-            arm = robot(setup.vehicle, sections, points)
-        bends = 2 * sections
+            arm = (
+                strained(setup.vehicle, points)
+                if linear
+                else robot(setup.vehicle, sections, points)
+            )
+        bends = 4 if linear else 2 * sections
 
         def rate(y: Any) -> Any:
             return arm.forward_dynamics(0.0, y, (None, jnp.zeros(6 + bends)))
@@ -89,6 +124,7 @@ def flight(runs: int, steps: int, points: int = 5, sections: int = 1) -> Builder
 
         several = f", {runs} runs by vmap" if runs > 1 else ""
         arms = "one section" if sections == 1 else f"{sections} sections"
+        arms = "linear strain" if linear else arms
         what = f"floating hub and {arms} of {points} Gauss points, {6 + bends} DoF{several}"
         return Case(run, runs * steps, "RK4 step", what, step=STEP, runs=runs)
 
@@ -106,5 +142,6 @@ if __name__ == "__main__":
         {
             "floating hub, batch": flight(64, 20),
             "floating hub, two sections, batch": flight(64, 10, sections=2),
+            "floating hub, linear strain, batch": flight(64, 20, points=6, linear=True),
         },
     )

@@ -13,13 +13,16 @@ from continuair.engine.compiling import start_warp
 from continuair.engine.factory import Closing, closed_loop, kernels, watching
 from continuair.engine.law_made import made_law
 from continuair.sections import arcs
+from continuair.sections.strain import StrainField
 from continuair.terms import ActuatorWrench, ArmDrag, PaperTorques, RotorThrusts, TipWrench, UavDrag
+from continuair.vehicle.strain import Orders
 
 INPUTS = ActuatorWrench(), PaperTorques(), TipWrench()
 ONE, ARMS = Tree(arcs(1), terms=INPUTS), Tree(arcs(2, 1), bodies=True, turned=True, terms=INPUTS)
 THRUSTS = RotorThrusts(count=6, prompt=True, washing=True)
 ALL = ActuatorWrench(), PaperTorques(), THRUSTS, UavDrag(), ArmDrag(), TipWrench()
 FURNISHED = Tree(arcs(2, 1), turned=True, terms=ALL)
+STRAINED = Tree(((StrainField(6, Orders(bending=1, twist=1)),),))
 HOPPER = 90
 """Compute capability 9.0, of the H100 and H200."""
 
@@ -42,6 +45,7 @@ KERNELS: dict[str, Callable[[], Any]] = {
         closed_loop(made_law(law, "float64", ONE, 4), "coupled", Closing(method="Tsit5")).rollout
     ),
     "two arms, one of two sections": lambda: kernels("float64", ARMS, "coupled").rollout,
+    "strain field": lambda: kernels("float64", STRAINED, "coupled").rollout,
     "what the camera sees": lambda: watching("float64", ONE, 4)[0],
     "rotors, drag and wash": lambda: kernels("float64", FURNISHED, "coupled").rollout,
     "thrusts": lambda: kernels("float64", FURNISHED, "coupled").observers(["rotor_thrust"])[0],

@@ -72,7 +72,7 @@ def _device(numbers: Numbers, tree: Tree, section: int) -> SectionCode:
     first = layout.of_section[section].start
 
     @wp.func
-    def shape(y: State, table: Table, vehicle: int):
+    def shape(y: State, table: Table, vehicle: int, w: vec3, v: vec3):
         return arc.shape(table, vehicle, first_row, y[B] * y[B])
 
     @wp.func

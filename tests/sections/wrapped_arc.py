@@ -60,9 +60,9 @@ class WrappedArc(SectionKind):
             own: ArcShape
 
         @wp.func
-        def shape(y: State, table: Table, vehicle: int):
+        def shape(y: State, table: Table, vehicle: int, w: vec3, v: vec3):
             out = Shape()
-            out.own = arc.shape(y, table, vehicle)
+            out.own = arc.shape(y, table, vehicle, w, v)
             return out
 
         @wp.func

@@ -99,14 +99,17 @@ class Tolerance:
     absolute: float | None = None
     longest: float = np.inf
 
-    def finer(self, period: float | None) -> Tolerance:
+    def finer(self, period: float | None, kinked: bool = False) -> Tolerance:
         """Return a tenth of the tolerance, with steps of at most half a controller's period [s].
 
-        The difference between runs with both tolerances estimates the error of the first.
+        The difference between runs with both tolerances estimates the error of the first. Where
+        forces have kinks, errors depend on where steps end beside these, and a tenth of the
+        tolerance may even raise them; a hundredth is returned then.
         """
-        absolute = None if self.absolute is None else 0.1 * self.absolute
+        share = 0.01 if kinked else 0.1
+        absolute = None if self.absolute is None else share * self.absolute
         longest = self.longest if period is None else min(self.longest, 0.5 * period)
-        return Tolerance(0.1 * self.relative, absolute, longest)
+        return Tolerance(share * self.relative, absolute, longest)
 
 
 @dataclass(frozen=True, eq=False)

@@ -128,7 +128,8 @@ class Flight:
     def finer(self) -> Flight:
         """Return the flight with finer steps; the difference estimates the error of this one."""
         if self.tolerance is not None:
-            return replace(self, tolerance=self.tolerance.finer(self.scenario.period))
+            kinked = any(term.kinked for term in self.coupled.tree.terms)
+            return replace(self, tolerance=self.tolerance.finer(self.scenario.period, kinked))
         return replace(self, steps=0.5 * self.steps)
 
     def engine(self, model: str, dtype: str = "float64") -> Engine:

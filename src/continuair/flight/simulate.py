@@ -92,8 +92,9 @@ def simulate(
         for each run; for "implicit", 0.05 over the rate of the first mode. Rates are those at the
         start; use `check` for later ones.
     check : bool, optional
-        Simulate a second time, at a tenth of the tolerance with steps of at most half a control
-        period, or at half the step, and add `error_estimate`.
+        Simulate a second time and add `error_estimate`: at a tenth of the tolerance, a hundredth
+        with contact or tendons that rub or can be slack, with steps of at most half a control
+        period; or at half the step.
     duration : float, optional
         Duration [s]. Default: the scenario's.
     sample : float, optional

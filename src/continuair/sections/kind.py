@@ -137,8 +137,9 @@ class SectionCode:
         A point of the backbone: ``point`` from the base [m] and ``turn``, a quaternion, in axes of
         the base, and fields for the functions of a place.
     shape : wp.Function
-        ``shape(y, table, vehicle) -> Shape``; table and vehicle: the packed coefficients, and their
-        row.
+        ``shape(y, table, vehicle, w, v) -> Shape``; table and vehicle: the packed coefficients, and
+        their row; w and v: those of the bending bias that is asked for later, v = w for the full
+        one, for kinds that compute it here.
     motion : wp.Function
         ``motion(y, shape) -> Motion``.
     element : wp.Function

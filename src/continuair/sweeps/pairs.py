@@ -245,7 +245,7 @@ def _fly_controlled(flight: Flight, models: tuple[str, ...], check: bool) -> Red
     assert flight.tolerance is not None
     pairs = ControlledPairs([flight.engine(model) for model in models], flight.runs)
     ticks = ticks_of(flight.scenario, flight.duration, flight.marks.samples)
-    finer = flight.tolerance.finer(None) if check else None
+    finer = flight.finer().tolerance if check else None
     size = runs_at_once(flight, flight.coupled, signals_alone=True)
     for first in range(0, flight.runs, size):
         runs = np.arange(first, min(first + size, flight.runs))

@@ -43,6 +43,7 @@ class Contact(Term):
 
     field: ClassVar[str] = "scenario.obstacles"
     has_energy: ClassVar[bool] = True
+    kinked: ClassVar[bool] = True
 
     numbers: tuple[tuple[float, ...], ...]
     radii: tuple[float, ...]

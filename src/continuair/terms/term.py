@@ -123,6 +123,9 @@ class Term(Effect):
     stiff : bool, default True
         Whether it may change faster than the steps of ``method="implicit"``. That method
         evaluates terms explicitly and rejects a stiff one.
+    kinked : bool, default False
+        Whether its force has kinks, such as the begin of a contact. The second flight of
+        ``check=True`` is then at a hundredth of the tolerance.
 
     Raises
     ------
@@ -178,6 +181,7 @@ class Term(Effect):
     has_energy: ClassVar[bool] = False
     flown: ClassVar[tuple[str, ...]] = ()
     stiff: ClassVar[bool] = True
+    kinked: ClassVar[bool] = False
     carries: ClassVar[bool] = False
 
     @classmethod

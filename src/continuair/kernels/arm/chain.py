@@ -358,7 +358,12 @@ def _section(numbers: Numbers, tree: Tree, bias: str, arm: int, index: int) -> S
         y: State, table: Table, plant: Plant, vehicle: int, w: vec3, v: vec3,
         turning: Carried, bending: Carried,
     ):  # fmt: skip
-        s = shape(y, table, vehicle)
+        seen = w
+        if wp.static(block):
+            seen = vec3()
+        if wp.static(block and not first):
+            seen = w - v
+        s = shape(y, table, vehicle, w, seen)
         m = motion(y, s)
         e = element(plant, s, m)
         out = bent(plant, s, e, m, w, v, turning, bending)

@@ -205,13 +205,13 @@ def _device(numbers: Numbers, tree: Tree, section: int) -> SectionCode:
     bends = bend_code(numbers, tree)
     bend_of, bend_rate_of, bent_by = bends.bend_of, bends.bend_rate_of, bends.bent
     Real, State, Plant, Table = types.Real, types.State, types.Plant, types.Table
-    Shape, Motion = of_element.Shape, of_element.Motion
+    vec3, Shape, Motion = types.vec3, of_element.Shape, of_element.Motion
     shape_of, motion_of, element_of = of_element.shape, of_element.motion, of_element.element
     joint_of, carried_of, place_of = of_joint.joint, of_joint.carried, of_place.place
     first_row, first = tree.first_row[section], types.layout.of_section[section].start
 
     @wp.func
-    def shape(y: State, table: Table, vehicle: int):
+    def shape(y: State, table: Table, vehicle: int, w: vec3, v: vec3):
         b = bend_of(y, section)
         return shape_of(table, vehicle, first_row, wp.dot(b, b))
 

@@ -7,12 +7,13 @@ each node, and to the end),
     p = l A R ε,    W = A R ∂κ/∂q,    P = l A (W × R ε + R ∂ε/∂q),
     α = A (w × R κ̇),    a = l A (α × R ε + w × (w × R ε + 2 R ε̇)),
 
-with w = W q̇, v = P q̇ and accelerations a and α of a section on a base at rest, at q̈ = 0. With
-x = v' + share w, the bias B((w, q̇), (v', share q̇)) of sections/kind.py is
+with w = W q̇, v = P q̇ and accelerations a and α of a section on a base at rest, at q̈ = 0. Biases are
+sums over the nodes of what the symmetric form of z = (ω, q̇) and z' = (ω', q̇') asks of the slices,
 
-    force   share f0 + x×(F q̇) + (w×(v'×H) + v'×(w×H))/2
-    moment  share n0 + E x + (w×I v' + v'×I w)/2
-    on q    share b0 + Xᵀ x + w·S v'
+    a_i = a + ω×(ω'×p/2 + v') + ω'×(ω×p/2 + v),    α_i = α + (ω×w' + ω'×w)/2,
+    n_i = J α_i + (s×J s' + s'×J s)/2,    s = ω + w,    s' = ω' + w',
+
+with a and α only if z' has the rates, too. They are summed with the element, as ω is known by then.
 
 Warp reads annotations as types, so they are not postponed here.
 """
@@ -64,17 +65,15 @@ def element_code(
     Real, Row, Table, State, Plant = types.Real, types.Row, types.Table, types.State, types.Plant
     vec3, mat33 = types.vec3, types.mat33
     row_of = number_code(numbers).row_reader(Row)
-    Symmetric = wp.types.matrix((6, n), Real)
     Rows = wp.types.matrix((nodes + 1 + len(BODIES), Row._length_), Real)
-    half, one, zero = Real(0.5), Real(1.0), Real(0.0)
     first_row, rows_of_section = tree.first_row[section], nodes + 1 + len(BODIES)
     B = types.layout.bend_of(section).start
     DB = types.layout.bend_rate_of(section).start
 
     @wp.struct
     class Shape:
-        """The element H, I, F, L and N; its bias: f0, n0, b0, E (exchange), X (across) and S
-        (centrifugal, xx xy xz yy yz zz); the tip: p, R, P, W, v, w, a and α."""
+        """The element H, I, F, L and N; the bias B(z, (v, q̇)), and B(z, (w - v, 0)) of turning;
+        the tip: p, R, P, W, v, w, a and α."""
 
         H: vec3
         I: mat33
@@ -84,9 +83,8 @@ def element_code(
         force: vec3
         moment: vec3
         coordinates: Coordinates
-        exchange: mat33
-        across: Columns
-        centrifugal: Symmetric
+        turning_force: vec3
+        turning_moment: vec3
         p: vec3
         R: mat33
         P: Columns
@@ -98,15 +96,22 @@ def element_code(
 
     @wp.struct
     class Motion:
-        """Momentum F q̇."""
+        """Nothing: Shape has it all."""
 
-        momentum: vec3
+        none: Real
 
     @wp.func_native(section_text(orders, nodes))
-    def fill(out: wp.ref[Shape], rows: Rows, q: Coordinates, rates: Coordinates): ...
+    def fill(
+        out: wp.ref[Shape],
+        rows: wp.ref[Rows],
+        q: Coordinates,
+        rates: Coordinates,
+        w_: vec3,
+        v_: vec3,
+    ): ...
 
     @wp.func
-    def shape(y: State, table: Table, vehicle: int):
+    def shape(y: State, table: Table, vehicle: int, w: vec3, v: vec3):
         q = Coordinates()
         rates = Coordinates()
         for c in range(n):
@@ -116,18 +121,12 @@ def element_code(
         for i in range(rows_of_section):
             rows[i] = row_of(table, vehicle, first_row + i)
         out = Shape()
-        fill(out, rows, q, rates)
+        fill(out, rows, q, rates, w, v)
         return out
 
     @wp.func
     def motion(y: State, s: Shape):
-        F = s.F
-        rates = Coordinates()
-        for c in range(n):
-            rates[c] = y[DB + c]
-        out = Motion()
-        out.momentum = F * rates
-        return out
+        return Motion()
 
     @wp.func
     def element(plant: Plant, s: Shape, m: Motion):
@@ -140,40 +139,31 @@ def element_code(
         return out
 
     @wp.func
-    def bias_of(s: Shape, m: Motion, w: vec3, v: vec3, share: Real):
-        """Return B((w, q̇), (v, share q̇)) for a share of 0 or 1."""
+    def bending(s: Shape):
         out = Bias()
-        x = v + share * w
-        H, I, S = s.H, s.I, s.centrifugal
-        out.force = share * s.force + wp.cross(x, m.momentum)
-        out.force += half * (wp.cross(w, wp.cross(v, H)) + wp.cross(v, wp.cross(w, H)))
-        out.moment = share * s.moment + s.exchange * x
-        out.moment += half * (wp.cross(w, I * v) + wp.cross(v, I * w))
-        pushed = share * s.coordinates + wp.transpose(s.across) * x
-        xy = w[0] * v[1] + w[1] * v[0]
-        xz = w[0] * v[2] + w[2] * v[0]
-        yz = w[1] * v[2] + w[2] * v[1]
-        for c in range(n):
-            squares = S[0, c] * (w[0] * v[0]) + S[3, c] * (w[1] * v[1]) + S[5, c] * (w[2] * v[2])
-            pushed[c] = pushed[c] + (squares + S[1, c] * xy + S[2, c] * xz + S[4, c] * yz)
-        out.coordinates = pushed
+        out.force = s.force
+        out.moment = s.moment
+        out.coordinates = s.coordinates
         return out
 
     @wp.func
     def full_bias(s: Shape, e: Element, m: Motion, w: vec3):
-        return bias_of(s, m, w, w, one)
+        return bending(s)
 
     @wp.func
     def turning_bias(s: Shape, e: Element, m: Motion, w: vec3, v: vec3):
-        return bias_of(s, m, w, v, zero)
+        out = Bias()
+        out.force = s.turning_force
+        out.moment = s.turning_moment
+        return out
 
     @wp.func
     def bending_bias(s: Shape, e: Element, m: Motion, w: vec3, v: vec3):
-        return bias_of(s, m, w, v, one)
+        return bending(s)
 
     @wp.func
     def first_bending(s: Shape, e: Element, m: Motion, w: vec3):
-        return bias_of(s, m, w, vec3(), one)
+        return bending(s)
 
     @wp.func
     def own_bending(s: Shape, m: Motion):

@@ -12,21 +12,39 @@ from numpy.polynomial.legendre import leg2poly
 from continuair.vehicle.strain import Orders
 
 _TOOLS = """
-    auto zero = q.c[0] - q.c[0];
-    typedef decltype(zero) R;
-    typedef wp::vec_t<3, R> V;
+    typedef decltype(q.c[0] + q.c[0]) R;
+    const R zero = R(0.0), one = R(1.0);
+    // Without a constructor, as that of Warp's vectors sets arrays of them to zero.
+    struct V {{
+        R c[3];
+        CUDA_CALLABLE V operator+(const V& a) const {{
+            return {{c[0] + a.c[0], c[1] + a.c[1], c[2] + a.c[2]}};
+        }}
+        CUDA_CALLABLE V operator-(const V& a) const {{
+            return {{c[0] - a.c[0], c[1] - a.c[1], c[2] - a.c[2]}};
+        }}
+        CUDA_CALLABLE operator wp::vec_t<3, R>() const {{ return {{c[0], c[1], c[2]}}; }}
+    }};
     struct Axes {{ V x, y, z; }};
     auto dot = [](const V& a, const V& b) {{
         return a.c[0] * b.c[0] + a.c[1] * b.c[1] + a.c[2] * b.c[2];
     }};
     auto cross = [](const V& a, const V& b) {{
-        return V(a.c[1] * b.c[2] - a.c[2] * b.c[1], a.c[2] * b.c[0] - a.c[0] * b.c[2],
-                 a.c[0] * b.c[1] - a.c[1] * b.c[0]);
+        return V{{a.c[1] * b.c[2] - a.c[2] * b.c[1], a.c[2] * b.c[0] - a.c[0] * b.c[2],
+                 a.c[0] * b.c[1] - a.c[1] * b.c[0]}};
     }};
-    auto scaled = [](const R& s, const V& a) {{ return V(s * a.c[0], s * a.c[1], s * a.c[2]); }};
+    auto add_dot = [](R& to, const V& a, const V& b) {{
+        to += a.c[0] * b.c[0]; to += a.c[1] * b.c[1]; to += a.c[2] * b.c[2];
+    }};
+    auto add_cross = [](V& to, const V& a, const V& b) {{
+        to.c[0] += a.c[1] * b.c[2]; to.c[0] -= a.c[2] * b.c[1];
+        to.c[1] += a.c[2] * b.c[0]; to.c[1] -= a.c[0] * b.c[2];
+        to.c[2] += a.c[0] * b.c[1]; to.c[2] -= a.c[1] * b.c[0];
+    }};
+    auto scaled = [](const R& s, const V& a) {{ return V{{s * a.c[0], s * a.c[1], s * a.c[2]}}; }};
     auto legendre = [&](const R& y, R* of) {{
         R square = y * y;
-        of[0] = zero + R(1.0);
+        of[0] = one;
         of[1] = y;
         of[2] = R(1.5) * square - R(0.5);
         of[3] = y * (R(2.5) * square - R(1.5));
@@ -35,16 +53,14 @@ _TOOLS = """
     R powers[{powers}][3], series[{terms}][4];
 {of_powers}
     for (int c = 0; c < 3; ++c) series[0][c] = zero;
-    series[0][3] = zero + R(1.0);
+    series[0][3] = one;
     for (int k = 0; k + 1 < {terms}; ++k) {{
         R a = zero, b = zero, c = zero, d = zero;
         for (int p = 0; p < {powers}; ++p) {{
             if (p > k) break;
             const R *s = series[k - p], *u = powers[p];
-            a += s[3] * u[0] - s[2] * u[1];
-            b += s[3] * u[1] + s[2] * u[0];
-            c += s[0] * u[1] - s[1] * u[0];
-            d -= s[0] * u[0] + s[1] * u[1];
+            a += s[3] * u[0]; b += s[3] * u[1]; c += s[0] * u[1]; d -= s[0] * u[0];
+            a -= s[2] * u[1]; b += s[2] * u[0]; c -= s[1] * u[0]; d -= s[1] * u[1];
             if ({twists}) {{
                 a += s[1] * u[2]; b -= s[0] * u[2]; c += s[3] * u[2]; d -= s[2] * u[2];
             }}
@@ -71,12 +87,12 @@ _TOOLS = """
     auto axes = [&](const R& y) {{
         R a[4];
         attitude(y, a);
-        R one = zero + R(1.0), two = R(2.0);
+        const R two = R(2.0);
         R xx = two * a[0] * a[0], yy = two * a[1] * a[1], zz = two * a[2] * a[2];
         R xy = two * a[0] * a[1], xz = two * a[0] * a[2], yz = two * a[1] * a[2];
         R wx = two * a[3] * a[0], wy = two * a[3] * a[1], wz = two * a[3] * a[2];
-        return Axes{{V(one - yy - zz, xy + wz, xz - wy), V(xy - wz, one - xx - zz, yz + wx),
-                     V(xz + wy, yz - wx, one - xx - yy)}};
+        return Axes{{V{{one - yy - zz, xy + wz, xz - wy}}, V{{xy - wz, one - xx - zz, yz + wx}},
+                     V{{xz + wy, yz - wx, one - xx - yy}}}};
     }};
     // Columns per coordinate of what turns, and moves, the cross-section.
     auto columns = [&](const R& y, const Axes& R_, V* out) {{
@@ -103,7 +119,7 @@ _TOOLS = """
 _SECTION = """
     const R length = rows.data[{m} + 5][0];
     V normal[{m}], t[{m}], c[{m}][{n}], p[{m} + 1], W[{m} + 1][{room}], P[{m} + 1][{n}];
-    V w[{m} + 1], v[{m} + 1], alpha[{m} + 1], a[{m} + 1], at[{m}], spent[{m}][{n}];
+    V w[{m} + 1], v[{m} + 1], alpha[{m} + 1], a[{m} + 1], at[{m}];
     #pragma unroll 1
     for (int i = 0; i < {m}; ++i) {{
         R y = R(2.0) * rows.data[{m} + 1][i] - R(1.0);
@@ -113,149 +129,132 @@ _SECTION = """
         t[i] = scaled(length, advance(R_, c[i]));
         for (int k = {turning}; k < {n}; ++k) c[i][k] = scaled(length, c[i][k]);
     }}
-    // Integrals to each node and to the end: of what advances and turns, then of what moves.
+    // Integrals to each node and to the end: of what advances and turns, then of what moves, whose
+    // columns replace the others. Loops over columns are kept as loops: unrolled, all columns would
+    // be loaded first, and stored again, as they do not fit in registers.
+    auto integral = [&](int i, auto of) {{
+        V sum = scaled(rows.data[i][0], of(0));
+        for (int k = 1; k < {m}; ++k) sum = sum + scaled(rows.data[i][k], of(k));
+        return sum;
+    }};
+    auto at_node = [&](int k) -> const V& {{ return at[k]; }};
     #pragma unroll 1
     for (int i = 0; i <= {m}; ++i) {{
-        V sum = scaled(rows.data[i][0], t[0]);
-        for (int k = 1; k < {m}; ++k) sum = sum + scaled(rows.data[i][k], t[k]);
-        p[i] = sum;
+        p[i] = integral(i, [&](int k) -> const V& {{ return t[k]; }});
+        V turned = {{zero, zero, zero}};
+        #pragma unroll 1
         for (int j = 0; j < {turning}; ++j) {{
-            sum = scaled(rows.data[i][0], c[0][j]);
-            for (int k = 1; k < {m}; ++k) sum = sum + scaled(rows.data[i][k], c[k][j]);
+            const V sum = integral(i, [&](int k) -> const V& {{ return c[k][j]; }});
+            turned = turned + scaled(rates.c[j], sum);
             W[i][j] = sum;
         }}
+        w[i] = turned;
     }}
     #pragma unroll 1
     for (int i = 0; i < {m}; ++i) {{
-        for (int j = 0; j < {turning}; ++j) spent[i][j] = cross(W[i][j], t[i]);
-        for (int j = {turning}; j < {n}; ++j) spent[i][j] = c[i][j];
+        V turn = {{zero, zero, zero}};
+        for (int j = 0; j < {turning}; ++j) {{
+            turn = turn + scaled(rates.c[j], c[i][j]);
+            c[i][j] = cross(W[i][j], t[i]);
+        }}
+        at[i] = cross(w[i], turn);
     }}
     #pragma unroll 1
     for (int i = 0; i <= {m}; ++i) {{
-        V turned = scaled(rates.c[0], W[i][0]), moved = V(zero, zero, zero);
-        for (int j = 1; j < {turning}; ++j) turned = turned + scaled(rates.c[j], W[i][j]);
+        V moved = {{zero, zero, zero}};
+        #pragma unroll 1
         for (int j = 0; j < {n}; ++j) {{
-            V sum = scaled(rows.data[i][0], spent[0][j]);
-            for (int k = 1; k < {m}; ++k) sum = sum + scaled(rows.data[i][k], spent[k][j]);
-            P[i][j] = sum;
+            const V sum = integral(i, [&](int k) -> const V& {{ return c[k][j]; }});
             moved = moved + scaled(rates.c[j], sum);
+            P[i][j] = sum;
         }}
-        w[i] = turned;
         v[i] = moved;
     }}
-    auto integrate = [&](V* to) {{
-        #pragma unroll 1
-        for (int i = 0; i <= {m}; ++i) {{
-            V sum = scaled(rows.data[i][0], at[0]);
-            for (int k = 1; k < {m}; ++k) sum = sum + scaled(rows.data[i][k], at[k]);
-            to[i] = sum;
-        }}
-    }};
     #pragma unroll 1
-    for (int i = 0; i < {m}; ++i) {{
-        V turn = scaled(rates.c[0], c[i][0]);
-        for (int j = 1; j < {turning}; ++j) turn = turn + scaled(rates.c[j], c[i][j]);
-        at[i] = cross(w[i], turn);
-    }}
-    integrate(alpha);
+    for (int i = 0; i <= {m}; ++i) alpha[i] = integral(i, at_node);
     #pragma unroll 1
     for (int i = 0; i < {m}; ++i) {{
         V swept = cross(w[i], t[i]);
         for (int j = {turning}; j < {n}; ++j) swept = swept + scaled(R(2.0) * rates.c[j], c[i][j]);
         at[i] = cross(alpha[i], t[i]) + cross(w[i], swept);
     }}
-    integrate(a);
-    // Sums over the bodies at the nodes.
+    #pragma unroll 1
+    for (int i = 0; i <= {m}; ++i) a[i] = integral(i, at_node);
+    // Sums over the bodies at the nodes, and the symmetric forms of z = (w_, rates) and z' there.
     const R half = R(0.5);
-    V none(zero, zero, zero), H = none, f0 = none, n0 = none, F[{n}], L[{n}], across[{n}];
-    R I[6], E[3][3], N[{n}][{n}], b0[{n}], S[{n}][6], trace = zero;
+    const V w0{{w_.c[0], w_.c[1], w_.c[2]}}, v0{{v_.c[0], v_.c[1], v_.c[2]}};
+    const V none{{zero, zero, zero}}, only = w0 - v0;
+    V H = none, force = none, moment = none, turning_force = none, turning_moment = none;
+    V f[{m}], couple[{m}];
+    R I[6], trace = zero;
     for (int k = 0; k < 6; ++k) I[k] = zero;
-    for (int k = 0; k < 9; ++k) E[k / 3][k % 3] = zero;
-    for (int j = 0; j < {n}; ++j) {{
-        F[j] = L[j] = across[j] = none;
-        b0[j] = zero;
-        for (int k = 0; k < 6; ++k) S[j][k] = zero;
-        for (int k = 0; k < {n}; ++k) N[j][k] = zero;
-    }}
     #pragma unroll 1
     for (int i = 0; i < {m}; ++i) {{
         const R mass = rows.data[{m} + 2][i], aside = rows.data[{m} + 3][i];
         const R along = rows.data[{m} + 4][i] - aside;
-        const V z = normal[i], r = p[i], turned = w[i], moved = v[i];
-        const V mr = scaled(mass, r), jz = scaled(along, z);
-        const R rr = dot(mr, r), zt = dot(z, turned);
-        const V tz = cross(turned, z);
+        const V z = normal[i], r = p[i], mr = scaled(mass, r), jz = scaled(along, z);
+        const R rr = dot(mr, r);
         H = H + mr;
         trace += aside + rr;
         I[0] += jz.c[0] * z.c[0] - mr.c[0] * r.c[0]; I[1] += jz.c[0] * z.c[1] - mr.c[0] * r.c[1];
         I[2] += jz.c[0] * z.c[2] - mr.c[0] * r.c[2]; I[3] += jz.c[1] * z.c[1] - mr.c[1] * r.c[1];
         I[4] += jz.c[1] * z.c[2] - mr.c[1] * r.c[2]; I[5] += jz.c[2] * z.c[2] - mr.c[2] * r.c[2];
-        const V force = scaled(mass, a[i]);
-        const V moment = scaled(aside, alpha[i]) + scaled(dot(jz, alpha[i]), z)
-            + scaled(along * zt, tz);
-        f0 = f0 + force;
-        n0 = n0 + cross(r, force) + moment;
-        // The part linear in x = v + share w of the moment, r×m(x×v) and the turning of the slice.
-        const R mrv = dot(mr, moved), at_ = half * aside;
-        for (int k = 0; k < 3; ++k)
-            for (int j = 0; j < 3; ++j)
-                E[k][j] += half * (tz.c[k] * jz.c[j] + jz.c[k] * tz.c[j]) - moved.c[k] * mr.c[j];
-        for (int k = 0; k < 3; ++k) E[k][k] += mrv;
-        const V turn = scaled(at_, turned) + scaled(half * zt, jz);
-        E[0][1] += turn.c[2]; E[1][0] -= turn.c[2]; E[0][2] -= turn.c[1];
-        E[2][0] += turn.c[1]; E[1][2] += turn.c[0]; E[2][1] -= turn.c[0];
-        for (int j = 0; j < {n}; ++j) {{
-            const V& Pj = P[i][j];
-            const V mP = scaled(mass, Pj);
-            V about = cross(r, mP), lever = cross(moved, mP);
-            R pushed = dot(Pj, force);
-            R* s = S[j];
-            const R mPr = dot(mP, r);
-            s[0] += mP.c[0] * r.c[0] - mPr;
-            s[3] += mP.c[1] * r.c[1] - mPr;
-            s[5] += mP.c[2] * r.c[2] - mPr;
-            s[1] += half * (mP.c[0] * r.c[1] + mP.c[1] * r.c[0]);
-            s[2] += half * (mP.c[0] * r.c[2] + mP.c[2] * r.c[0]);
-            s[4] += half * (mP.c[1] * r.c[2] + mP.c[2] * r.c[1]);
-            F[j] = F[j] + mP;
-            for (int k = 0; k <= j; ++k) N[k][j] += dot(P[i][k], mP);
+        // Force and moment of inertia for z' that turns the base by `by`, and moves and turns the
+        // node relative to it by `swept` and `spun`; a0, alpha0: accelerations on a base at rest.
+        auto inertial = [&](const V& by, const V& swept, const V& spun, const V& a0,
+                            const V& alpha0) {{
+            const V of_w = scaled(half, cross(w0, r)) + v[i], s = w0 + w[i];
+            const V of_by = scaled(half, cross(by, r)) + swept, other = by + spun;
+            f[i] = scaled(mass, a0 + cross(w0, of_by) + cross(by, of_w));
+            const V turn = alpha0 + scaled(half, cross(w0, spun) + cross(by, w[i]));
+            const V gyro = scaled(half * dot(z, other), cross(s, jz))
+                + scaled(half * dot(z, s), cross(other, jz));
+            couple[i] = scaled(aside, turn) + scaled(dot(jz, turn), z) + gyro;
+        }};
+        inertial(only, none, none, none, none);
+        turning_force = turning_force + f[i];
+        turning_moment = turning_moment + cross(r, f[i]) + couple[i];
+        inertial(v0, v[i], w[i], a[i], alpha[i]);
+        force = force + f[i];
+        moment = moment + cross(r, f[i]) + couple[i];
+    }}
+    // Column by column: the sums of one column stay in registers.
+    for (int j = 0; j < {n}; ++j) {{
+        V F = none, L = none;
+        R N[{n}], b = zero;
+        for (int k = 0; k <= j; ++k) N[k] = zero;
+        #pragma unroll 1
+        for (int i = 0; i < {m}; ++i) {{
+            const R aside = rows.data[{m} + 3][i], along = rows.data[{m} + 4][i] - aside;
+            const V mP = scaled(rows.data[{m} + 2][i], P[i][j]), &z = normal[i];
+            F = F + mP;
+            add_cross(L, p[i], mP);
+            add_dot(b, P[i][j], f[i]);
+            for (int k = 0; k <= j; ++k) add_dot(N[k], P[i][k], mP);
             if (j < {turning}) {{
                 const V& Wj = W[i][j];
-                const V spin = scaled(aside, Wj) + scaled(dot(jz, Wj), z), u = cross(z, Wj);
-                const V ju = scaled(along, u);
-                about = about + spin;
-                pushed += dot(Wj, moment);
-                for (int k = 0; k <= j; ++k) N[k][j] += dot(W[i][k], spin);
-                lever = lever + scaled(half, cross(turned, spin))
-                    + scaled(half * dot(tz, Wj), jz) + scaled(half * zt, ju);
-                s[0] += ju.c[0] * z.c[0]; s[3] += ju.c[1] * z.c[1]; s[5] += ju.c[2] * z.c[2];
-                s[1] += half * (ju.c[0] * z.c[1] + ju.c[1] * z.c[0]);
-                s[2] += half * (ju.c[0] * z.c[2] + ju.c[2] * z.c[0]);
-                s[4] += half * (ju.c[1] * z.c[2] + ju.c[2] * z.c[1]);
+                const V spin = scaled(aside, Wj) + scaled(along * dot(z, Wj), z);
+                L = L + spin;
+                add_dot(b, Wj, couple[i]);
+                for (int k = 0; k <= j; ++k) add_dot(N[k], W[i][k], spin);
             }}
-            L[j] = L[j] + about;
-            b0[j] += pushed;
-            across[j] = across[j] + lever;
         }}
+        for (int k = 0; k < 3; ++k) {{
+            out.F.data[k][j] = F.c[k];
+            out.L.data[k][j] = L.c[k];
+            out.P.data[k][j] = P[{m}][j].c[k];
+            out.W.data[k][j] = zero;
+        }}
+        out.coordinates.c[j] = b;
+        for (int k = 0; k <= j; ++k) out.N.data[k][j] = out.N.data[j][k] = N[k];
     }}
     out.H = H;
     out.I = wp::mat_t<3, 3, R>(I[0] + trace, I[1], I[2], I[1], I[3] + trace, I[4], I[2], I[4],
                                I[5] + trace);
-    for (int k = 0; k < 3; ++k) for (int j = 0; j < 3; ++j) out.exchange.data[k][j] = E[k][j];
-    out.force = f0;
-    out.moment = n0;
-    for (int j = 0; j < {n}; ++j) {{
-        for (int k = 0; k < 3; ++k) {{
-            out.F.data[k][j] = F[j].c[k];
-            out.L.data[k][j] = L[j].c[k];
-            out.across.data[k][j] = across[j].c[k];
-            out.P.data[k][j] = P[{m}][j].c[k];
-            out.W.data[k][j] = zero;
-        }}
-        for (int k = 0; k < 6; ++k) out.centrifugal.data[k][j] = S[j][k];
-        out.coordinates.c[j] = b0[j];
-        for (int k = 0; k <= j; ++k) out.N.data[k][j] = out.N.data[j][k] = N[k][j];
-    }}
+    out.force = force;
+    out.moment = moment;
+    out.turning_force = turning_force;
+    out.turning_moment = turning_moment;
     for (int j = 0; j < {turning}; ++j)
         for (int k = 0; k < 3; ++k) out.W.data[k][j] = W[{m}][j].c[k];
     Axes tip = axes(R(1.0));
@@ -272,7 +271,7 @@ _SECTION = """
 _PLACE = """
     const double points[{m}] = {{{points}}}, weights[{m}] = {{{weights}}};
     const double to_nodes[{m}][{m}] = {{{to_nodes}}};
-    V t[{m}], c[{m}][{n}], none(zero, zero, zero), end = none;
+    V t[{m}], c[{m}][{n}], none{{zero, zero, zero}}, end = none;
     #pragma unroll 1
     for (int i = 0; i < {m}; ++i) {{
         R y = R(2.0 * points[i]) * share - R(1.0);
@@ -312,7 +311,8 @@ _PLACE = """
 def section_text(orders: Orders, nodes: int) -> str:
     """Return the body of a function that fills the sums of a section.
 
-    Its arguments: out, the sums; rows, the section's table; q and rates, its coordinates.
+    Its arguments: out, the sums; rows, the section's table; q and rates, its coordinates; w_ and
+    v_, angular velocities of the base, as in bending_bias of sections/kind.py.
     """
     return _made(_TOOLS + _SECTION, orders, nodes, {})
 

@@ -89,6 +89,11 @@ class Tendons(Term):
         return any(each.by_length or each.rubs or each.lags for each in self.routes)
 
     @property
+    def kinked(self) -> bool:  # type: ignore[override]
+        """Return whether tendons can be slack, or stick and slip."""
+        return any(each.by_length or each.rubs for each in self.routes)
+
+    @property
     def states(self) -> dict[str, int]:
         """Return the states of motors, and of the friction before each stretch."""
         motors, slips = (sum(getattr(each, name) for each in self.routes)
