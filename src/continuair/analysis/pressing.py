@@ -15,9 +15,8 @@ from continuair.engine.engine import Engine
 from continuair.equations.turns import euler_angles
 from continuair.errors import InputError, shown
 from continuair.flight.holding import holding
-from continuair.scenario.obstacles import Obstacle
+from continuair.scenario.obstacles import SPOTS, Obstacle
 from continuair.scenario.setpoints import Setpoints
-from continuair.terms.contact import SPOTS
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.bending import largest_bends
 from continuair.vehicle.coordinates import polar_of_bends

@@ -326,7 +326,7 @@ class Simulation:
         recorder = Recorder(flight, self._model, names, "float64")
         logs = Logs(log, status, last, np.array([self._saturation]), observed, watched, scene)
         recorder.keep(Cohort(flight, _ONE, grid, acting, None), logs)
-        warn_of_saturation(recorder.saturation, stacklevel=3)
+        warn_of_saturation(recorder.flight.vehicle, recorder.saturation, stacklevel=3)
         given = dict.fromkeys(sorted(self._given), GIVEN_TO_STEPS)
         told = json.loads(flight.provenance["scenario"]) | given
         return recorder.dataset({"step": self._step, "scenario": json.dumps(told)})

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair.typing import Array, ArrayLike
+from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold, warn
 
 RESOLVED = 1e-3
@@ -84,15 +85,20 @@ def warn_of_rounded_places(places: Array, reach: Array, stacklevel: int) -> None
         )
 
 
-def warn_of_saturation(largest: Array, stacklevel: int) -> None:
+_LIMITS = {"rotors": "thrust_limits", "tendons": "limits or stroke"}
+"""Fields of the limits of actuators."""
+
+
+def warn_of_saturation(vehicle: Vehicle, largest: Array, stacklevel: int) -> None:
     """Warn if commands exceed the limits of rotors or tendons, by the saturation (runs,) or (runs,
     models)."""
     wrong = is_beyond_limits(largest.reshape(len(largest), -1).max(axis=1))
     if wrong.any():
+        who, limits = vehicle.limited, [_LIMITS[name] for name in vehicle.limited]
         warn(
-            f"rotors or tendons saturate{in_runs(wrong.sum(), len(wrong))}: commands exceed their "
-            f"range by up to {100.0 * np.nanmax(largest):.3g} %; see largest_saturation, or raise "
-            "thrust_limits, or limits or stroke of the tendons.",
+            f"{' or '.join(who)} saturate{in_runs(wrong.sum(), len(wrong))}: commands exceed their "
+            f"range by up to {100.0 * np.nanmax(largest):.3g} %; see largest_saturation, or widen "
+            f"{' or '.join(limits)}.",
             stacklevel=stacklevel,
         )
 

@@ -160,7 +160,7 @@ def simulate(
         record(recorder, check=checked)
     if recorder.error_estimate is not None:
         warn_of_errors(recorder.error_estimate, stacklevel=3)
-    warn_of_saturation(recorder.saturation, stacklevel=3)
+    warn_of_saturation(vehicle, recorder.saturation, stacklevel=3)
     warn_of_limits(limits, stacklevel=3)
     warn_of_side_forces(aside, stacklevel=3)
     return recorder.dataset(recorder.step)

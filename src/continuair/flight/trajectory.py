@@ -294,7 +294,7 @@ class Recorder:
         until = {"units": "s", "long_name": "time up to which the run is valid"}
         kept["end_time"] = ("run",), self.end_time, until
         kept |= self._of_steps()
-        if self.flight.vehicle.can_saturate:
+        if self.flight.vehicle.limited:
             kept["largest_saturation"] = ("run",), self.saturation, LARGEST_SATURATION
         attributes = self._attributes() | provenance
         kept |= provenance_of(attributes, len(self.runs))

@@ -16,7 +16,8 @@ from continuair.typing import Array
 def rows_of(name: str, file: Path) -> tuple[list[str], list[list[str]]]:
     """Return the headings of a CSV file, and its other lines, empty ones left out.
 
-    name: of the argument, for messages. Raises InputError.
+    name: of the argument, for messages. Raises InputError, also for a line longer than the
+    headings, as decimal commas make it.
     """
     path, line = printed(file), 0
     check_regular(name, file)
@@ -38,7 +39,15 @@ def rows_of(name: str, file: Path) -> tuple[list[str], list[list[str]]]:
             f"is {path}, which cannot be read ({reason(error)})",
             "give the path of a CSV file",
         ) from None
-    return ([cell.strip() for cell in lines[0]] if lines else []), lines[1:]
+    headings = [cell.strip() for cell in lines[0]] if lines else []
+    for row, cells in enumerate(lines[1:]):
+        if any(cell.strip() for cell in cells[len(headings) :]):
+            raise InputError(
+                name,
+                f"has more cells in row {row + 1} than headings",
+                "separate columns by commas and decimals by points",
+            ).located(path)
+    return headings, lines[1:]
 
 
 def numbers_of(

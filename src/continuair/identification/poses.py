@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,7 +14,7 @@ from continuair.analysis.clamped import ClampedArm
 from continuair.analysis.equilibria import equilibria
 from continuair.errors import InputError, nearest, shown
 from continuair.files import printed, user_path
-from continuair.identification.csv_rows import rows_of
+from continuair.identification.csv_rows import numbers_of, rows_of
 from continuair.typing import Array, ArrayLike
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.runs import per_run
@@ -372,71 +371,38 @@ def load_poses(
         number. Row 1 is the first below the headings.
     """
     file = user_path("data", path)
-    headings, rows = _read(file)
+    where, (headings, rows) = printed(file), rows_of("data", file)
+    if not rows:
+        raise InputError("data", "holds no poses", "give headings and a row per pose").located(
+            where
+        )
     tendons = sum(name.startswith("tension_") for name in headings)
     tensions = [f"tension_{index + 1}" for index in range(max(tendons, 1))]
     points = [f"{axis}_{index + 1}" for index in range(len(markers)) for axis in _AXES]
     known = ["pose", *tensions, *points, "spread"]
-    for name in (*tensions, *points):
-        if name not in headings:
-            raise InputError(name, "is missing", f"name the columns {', '.join(known)}").located(
-                printed(file)
-            )
     for name in headings:
-        if name not in known or headings.count(name) > 1:
-            problem = "is there twice" if name in known else "is no known column"
+        if name not in known:
             raise InputError(
-                shown(name), problem, f"name the columns {', '.join(known)}, once each"
-            ).located(printed(file))
-    columns = {name: [row[at].strip() for row in rows] for at, name in enumerate(headings)}
+                shown(name), "is no known column", f"name the columns {', '.join(known)}"
+            ).located(where)
 
-    def numbers(names: list[str], gaps: bool = False) -> Array:
-        each = [_numbers(printed(file), name, columns[name], gaps) for name in names]
-        return np.stack(each, axis=1)
-
+    wanted = [*tensions, *points, *(["spread"] if "spread" in headings else [])]
+    table = numbers_of(where, headings, rows, wanted)
+    ends = np.cumsum([len(tensions), len(points)])
+    pulled, seen, spread = np.split(table, ends, axis=1)
+    pose = headings.index("pose") if "pose" in headings else len(headings)
     try:
         return StaticPoses(
             name=file.name,
-            tensions=numbers(tensions),
-            points=numbers(points, gaps=True).reshape(len(rows), -1, 3),
+            tensions=pulled,
+            points=seen.reshape(len(rows), -1, 3),
             markers=markers,
             arm=arm,
             position=position,
             attitude=attitude,
             gravity=gravity,
-            spread=numbers(["spread"])[:, 0] if "spread" in columns else None,
-            labels=columns.get("pose", ()),
+            spread=spread[:, 0] if spread.size else None,
+            labels=[row[pose].strip() for row in rows if pose < len(row)],
         )
     except InputError as error:
-        raise error.located(printed(file)) from None
-
-
-def _read(file: Path) -> tuple[list[str], list[list[str]]]:
-    """Return headings and rows of a CSV file, or raise InputError."""
-    path, (headings, rows) = printed(file), rows_of("data", file)
-    if not rows:
-        raise InputError("data", "holds no poses", "give headings and a row per pose").located(path)
-    for index, line in enumerate(rows):
-        if len(line) != len(headings):
-            raise InputError(
-                "data",
-                f"has {len(line)} cells in row {index + 1} below {len(headings)} headings",
-                "give as many",
-            ).located(path)
-    return headings, rows
-
-
-def _numbers(path: str, name: str, cells: list[str], gaps: bool) -> Array:
-    """Return a column; with gaps, empty cells and nan are nan."""
-    found = np.empty(len(cells))
-    for row, text in enumerate(cells):
-        try:
-            found[row] = np.nan if gaps and not text else float(text)
-        except ValueError:
-            found[row] = np.inf
-        if np.isinf(found[row]) or (np.isnan(found[row]) and not gaps):
-            raise InputError(
-                name, f"is {shown(text)} in row {row + 1}",
-                "give a finite number" + (", or leave it empty" if gaps else ""),
-            ).located(path)  # fmt: skip
-    return found
+        raise error.located(where) from None

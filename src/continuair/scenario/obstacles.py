@@ -16,6 +16,9 @@ from continuair.typing import ArrayLike
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
+SPOTS = (0.25, 0.5, 0.75, 1.0)
+"""Places along a section at which it touches, over its length."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Obstacle(Immutable):

@@ -152,14 +152,14 @@ def run_pairs(
     found = _fly(flight, names, _checked_settle(settle, flight), check)
     if check:
         warn_of_errors(found.error_estimate, stacklevel=3)
-    warn_of_saturation(found.saturation, stacklevel=3)
+    warn_of_saturation(vehicle, found.saturation, stacklevel=3)
     warn_of_runs_at_limits(found.at_limits, scenario, stacklevel=3)
     lost = lost_angles(found.metrics["nrmse_r"], found.status)
     warn_of_lost_angles(lost, flight.sample, stacklevel=3)
     euler, angle = found.metrics["rmse_r_rad"], found.metrics["angle_rad"]
     warn_of_overstated_angles(euler, angle, stacklevel=3)
     data = _variables(found)
-    if vehicle.can_saturate:
+    if vehicle.limited:
         data["largest_saturation"] = (("run", "model"), found.saturation, LARGEST_SATURATION)
     if found.counts is None:
         data["step"] = ("run", flight.steps, {"units": "s", "long_name": "integration step"})

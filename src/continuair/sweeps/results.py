@@ -68,7 +68,8 @@ def labelled(design: Design, results: Array, attributes: dict[str, Any]) -> xr.D
     if "error_estimate" in names:
         warn_of_errors(results[..., names.index("error_estimate")], stacklevel=4)
     if "largest_saturation" in names:
-        warn_of_saturation(results[..., names.index("largest_saturation")], stacklevel=4)
+        largest = results[..., names.index("largest_saturation")]
+        warn_of_saturation(design.vehicle, largest, stacklevel=4)
     status = results[..., names.index("status")]
     for name in [name for name in EULER_DEVIATIONS if name in names][:1]:
         lost = lost_angles(results[..., names.index(name)], status)

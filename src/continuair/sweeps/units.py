@@ -51,7 +51,7 @@ def quantities(design: Design) -> tuple[str, ...]:
     """Return the names of the quantities per run and model, in order."""
     steps = ("steps",) if design.base.method == TSIT5 else ("step",)
     checked = ("error_estimate",) * design.base.check
-    saturation = ("largest_saturation",) * design.vehicle.can_saturate
+    saturation = ("largest_saturation",) * bool(design.vehicle.limited)
     return (*design.metrics, *_ENDS, *steps, *checked, *saturation)
 
 

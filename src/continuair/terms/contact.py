@@ -16,10 +16,8 @@ from continuair.kernels.device import Device
 from continuair.kernels.flight import flight_code
 from continuair.kernels.load_along import along_code
 from continuair.kernels.term_sum import Acting
+from continuair.scenario.obstacles import SPOTS
 from continuair.terms.term import Term
-
-SPOTS = (0.25, 0.5, 0.75, 1.0)
-"""Places along a section at which it touches, over its length."""
 
 TOUCHED = 1e-3
 """Depth [m] beyond which a flight does not start in contact, but inside an object."""

@@ -223,9 +223,10 @@ class Vehicle(Part):
         return sum(group.count for arm in self.arms for group in arm.tendon)
 
     @property
-    def can_saturate(self) -> bool:
-        """Return whether commands may exceed limits: those of rotors or of tendons."""
-        return self.uav.rotors is not None or bool(self.tendons)
+    def limited(self) -> tuple[str, ...]:
+        """Return which actuators have limits that commands may exceed: rotors, tendons."""
+        there = {"rotors": self.uav.rotors is not None, "tendons": self.tendons > 0}
+        return tuple(name for name, has in there.items() if has)
 
     @property
     def is_one_arc(self) -> bool:
