@@ -256,6 +256,11 @@ def test_a_tip_presses_only_where_it_stays() -> None:
     # A wall up to the sky holds the whole arm.
     with refused("point"):
         ca.pressing(vehicle, ca.Plane(point=[0.05, 0.0, 0.0], normal=[-1, 0, 0]), 1.0, point=place)
+    # Of an arm that presses 50 mm below the edge of a beam, the edge holds a thick one, too.
+    below, thick = [0.05, 0.0, 0.5], vehicle.replace({"arm.arm.section.0.radius": 0.08})
+    with refused("point"):
+        ca.pressing(thick, SIDE, 1.0, point=below)
+    assert ca.pressing(vehicle, SIDE, 1.0, point=below).q[2] > 0.8
     with refused("point"):
         ca.pressing(vehicle, ca.Box(centre=[0, 0, 0], size=[1e-3, 1, 1]), 10.0, point=top)
     with refused("vehicle"):

@@ -34,7 +34,7 @@ class Pressing:
     ----------
     setpoints : Setpoints
         Position of B's origin in world axes [m], and yaw [rad].
-    q : ndarray, shape (8,)
+    q : ndarray, shape (coordinates,)
         Paper coordinates, with the tilt at which the thrust balances weight and contact.
     thrust : float
         Thrust along the body's z axis [N].
@@ -150,13 +150,17 @@ class _Held:
         found = holding(self.engine, self.rows(k), self.gravity, wrench)
         return found[:, self.vehicle.layout.bend_moment]
 
-    def spots(self, k: Array) -> Array:
-        """Return the places (n, places, 3) at which the arm touches, from B's origin."""
+    def arc_lengths(self) -> Array:
+        """Return the arc lengths (places,) from the base at which the arm touches [m]."""
         (arm,) = self.vehicle.arms
         lengths = np.array([section.length for section in arm.section])
         begins = np.cumsum(lengths) - lengths
-        s = (begins[:, None] + lengths[:, None] * np.array(SPOTS)).ravel()
-        points, _ = along_at(arm, k, s)
+        return (begins[:, None] + lengths[:, None] * np.array(SPOTS)).ravel()
+
+    def spots(self, k: Array) -> Array:
+        """Return the places (n, places, 3) at which the arm touches, from B's origin."""
+        (arm,) = self.vehicle.arms
+        points, _ = along_at(arm, k, self.arc_lengths())
         return points @ self.attitude.T
 
     def tips(self, k: Array) -> Array:
@@ -214,12 +218,20 @@ def _check_stable(held: _Held, obstacle: Obstacle, position: Array, k: Array, fo
 
 def _check_free(held: _Held, obstacle: Obstacle, position: Array, k: Array) -> None:
     """Raise InputError if the vehicle or its arm touches the obstacle with more than the tip."""
-    places = position + held.spots(k[None])[0, :-1]
-    inside = bool((nearest(obstacle, position)[0] < 0.0).any())
-    if inside or (nearest(obstacle, places)[0] < _radii(held.vehicle)[:-1]).any():
-        what = "the vehicle is inside the obstacle" if inside else "more than the tip touches"
+    if (nearest(obstacle, position)[0] < 0.0).any():
         raise InputError(
-            "point", f"and force: {what}", "move the point, or give a mount that faces the obstacle"
+            "point",
+            "and force: the vehicle is inside the obstacle",
+            "move the point, or give a mount that faces the obstacle",
+        )
+    places = position + held.spots(k[None])[0, :-1]
+    depths = _radii(held.vehicle)[:-1] - nearest(obstacle, places)[0]
+    if (depths > 0.0).any():
+        s, deepest = held.arc_lengths()[depths.argmax()], depths.max()
+        raise InputError(
+            "point",
+            f"and force: the arm touches at {s:.3g} m of its length, too, {deepest:.2g} m deep",
+            "move the point, turn the mount to the obstacle, or reduce the radius",
         )
 
 

@@ -13,6 +13,7 @@ from continuair.kernels.dynamics import SIMPLER
 from continuair.studies.atlas.controlled import CONTROLLED_RANGES
 from continuair.studies.atlas.flights import RANGES
 from continuair.studies.atlas.summary import CONTROLLED_SUMMARY, load
+from continuair.studies.standard_excitations import EXCITATIONS
 from continuair.studies.standard_loops import OWN
 from continuair.studies.tables import number, number_below
 
@@ -90,7 +91,7 @@ def _alone(results: dict[str, Any], task: str) -> list[str]:
     worst = min(limits, key=lambda name: _rank(limits[name]))
     others = {name: limit for name, limit in limits.items() if name != worst}
     if not others:
-        return [f"{task}: only {worst} oscillates."]
+        return [f"{task}: {EXCITATIONS[worst].meaning}, and nothing else."]
     if math.isinf(limits[worst]) or _rank(min(others.values(), key=_rank)) < _FURTHER * max(
         _rank(limits[worst]), 0.0
     ):
