@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from continuair.errors import InputError, nearest
+from continuair.errors import InputError, nearest, shown
 from continuair.typing import Array
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.deviations import is_place
@@ -104,7 +104,7 @@ def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
     for name in names:
         if name not in known:
             raise InputError(
-                "fit", f"has {name}, which cannot be fitted", f"{nearest(name, known)}"
+                "fit", f"has {shown(name)}, which cannot be fitted", nearest(name, known)
             )
         if not known[name] and not is_place(name):
             raise InputError(
