@@ -298,6 +298,9 @@ def test_arguments_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
         replace(released(0), bench=Bench(markers=(0.1, 0.2, 0.3, 0.4))).starts(bench_vehicle())
     with refused("fit"):
         fit_jointly(bench_vehicle(), [released(0)], ["arm.limb.section.base.stifness"])
+    for given in ([], released(0), "releases", [bench_vehicle()]):
+        with refused("measurements"):
+            fit_jointly(bench_vehicle(), given, FIELDS[:1])  # type: ignore[arg-type]
     with refused("measurements"):  # twice the releases would give errors too small by √2
         fit_jointly(bench_vehicle(), [released(0), released(0)], FIELDS[:1])
     with refused("motions"):

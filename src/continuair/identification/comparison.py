@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from continuair import checks
 from continuair.errors import InputError, shown
-from continuair.identification.joint import FreeStarts, Measurement
+from continuair.identification.joint import FreeStarts, Measurement, check_recordings
 from continuair.progress import Progress, Steps
 from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
@@ -115,6 +115,7 @@ def held_out_errors(
     Predictions of releases start from what their first samples say, as in `validate_releases`.
     The error of the best of many models is a little too small, as it was chosen by it.
     """
+    check_recordings("recordings", recordings)
     folds = checks.whole("folds", folds, 2)
     dealt = _dealt(recordings, folds)
     errors: dict[str, Array] = {}

@@ -96,6 +96,18 @@ class FreeStarts(Protocol):
         ...
 
 
+def check_recordings(name: str, given: object) -> None:
+    """Raise InputError unless an argument is a list of one recording or more."""
+    if (
+        not isinstance(given, list | tuple)
+        or not given
+        or not all(hasattr(each, "predictor") for each in given)
+    ):
+        raise InputError(
+            name, f"is {shown(given)}", "give a list of Releases, DrivenMotion or StaticPoses"
+        )
+
+
 @dataclass(frozen=True)
 class JointFit:
     """A vehicle fitted to recordings of its arm.
@@ -231,8 +243,7 @@ class _Problem:
         own: tuple[str, ...],
         progress: Progress | None,
     ) -> None:
-        if not measurements:
-            raise InputError("measurements", "is empty", "give a recording")
+        check_recordings("measurements", measurements)
         names = [each.name for each in measurements]
         twice = [name for name in names if names.count(name) > 1]
         if twice:
