@@ -357,6 +357,24 @@ def test_the_commands_fit_and_predict() -> None:
 
 
 @pytest.mark.usefixtures("files")
+def test_a_fit_tells_which_errors_of_its_start_it_leaves_out() -> None:
+    """The mass's, but not that of the stiffness, which is fitted."""
+    start = Path("start.toml")
+    for field in ("bending_stiffness", "mass_per_length"):
+        text = re.sub(
+            rf"(?m)^{field} = (.*)$",
+            rf"{field} = {{ value = \1, sd = 0.001 }}",
+            start.read_text("utf-8"),
+            count=1,
+        )
+        start.write_text(text, "utf-8")
+    result = run(*FIT, "--fit", FIELDS[0])
+    assert result.exit_code == 0, result.output
+    (told,) = [line for line in result.stderr.splitlines() if "as exact" in line]
+    assert "arm.limb.section.base.mass_per_length" in told and "stiffness" not in told
+
+
+@pytest.mark.usefixtures("files")
 def test_the_commands_refuse_bad_input() -> None:
     assert_refused(run(*FIT[:-3], "paper", *FIT[-2:]), "[bench]")
     assert_refused(run(*FIT, "--payload", "1"), "payload")

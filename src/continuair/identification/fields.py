@@ -14,6 +14,7 @@ from continuair.typing import Array
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.deviations import is_place
 from continuair.vehicle.section import Section
+from continuair.vehicle.uncertain import UncertainVehicle
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
 
@@ -144,6 +145,14 @@ def _default(vehicle: Vehicle, known: Mapping[str, float | None]) -> list[str]:
 def _by_name(vehicle: Vehicle, names: Sequence[str]) -> list[str]:
     """Return fields with parts of lists by name instead of index."""
     return [".".join(_named(vehicle, name.strip().split("."))) for name in names]
+
+
+def left_exact(uncertain: UncertainVehicle | None, fitted: Sequence[str]) -> list[str]:
+    """Return the fields of a vehicle with errors that a fit of other fields takes as exact."""
+    if uncertain is None:
+        return []
+    names = _by_name(uncertain.vehicle, uncertain.fields)
+    return [name for name in names if name not in fitted]
 
 
 def _named(vehicle: Vehicle, parts: list[str]) -> list[str]:
