@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -200,8 +201,10 @@ def test_a_fit_of_one_field_changes_another_that_hangs_together_with_it() -> Non
     assert np.asarray(found.covariance)[0, 0] == pytest.approx(0.04 - given * 0.018, rel=1e-4)
     with refused("uncertainty.covariance"):
         ca.combine_fits([both, of({STIFF: 1.0, "arm.density": 1.0}, np.full((2, 2), 0.01))])
-    with refused("fits"):
-        ca.combine_fits([both])
+    bad: list[Any] = [[both], both, [both, None], [both.vehicle, both.vehicle]]
+    for given in bad:
+        with refused("fits"):
+            ca.combine_fits(given)
 
 
 def test_fits_of_different_vehicles_are_told_apart() -> None:
@@ -212,3 +215,8 @@ def test_fits_of_different_vehicles_are_told_apart() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ca.combine_fits([first, of({STIFF: np.exp(0.05)}, [[16e-4]])])
+        longer = first.vehicle.replace({"uav.mass": 9.0, "arm.length": 0.9})
+        ca.combine_fits([first, UncertainVehicle(longer, ("arm.length",), [[1e-4]])])
+    # A stiffness that was fitted with another length is not that of this arm.
+    with pytest.warns(ca.ContinuairWarning, match="no fit estimates"):
+        ca.combine_fits([first, UncertainVehicle(longer, (STIFF,), [[1e-4]])])
