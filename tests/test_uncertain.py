@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -94,6 +95,14 @@ def test_a_covariance_without_rank_is_drawn(tmp_path: Path) -> None:
 def test_a_band_has_as_many_draws_below_as_above() -> None:
     low, high = band(np.arange(101.0), 0.9)
     assert (low, high) == pytest.approx((5.0, 95.0))
+    with_gaps = np.column_stack([np.arange(101.0), np.full(101, np.nan)])
+    with_gaps = np.vstack([with_gaps, [np.nan, np.nan]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        np.testing.assert_allclose(band(with_gaps), [[5.0, np.nan], [95.0, np.nan]])
+    for values in ([], "many", [[1.0], [1.0, 2.0]]):
+        with refused("values"):
+            band(values)
     for level in (0.0, 1.0):
         with refused("level"):
             band([1.0, 2.0], level)
@@ -117,6 +126,7 @@ def test_a_band_has_as_many_draws_below_as_above() -> None:
         ({}, table("[[0.1, 0], [0, 0.1]]", f'["{STIFF}", "{STIFF}"]'), "uncertainty.fields"),
         ({}, "\n[uncertainty]\nsd = 1.0\n", "uncertainty"),
         (UNCERTAIN, table("[[0.01]]", f'["{STIFF}"]'), STIFF),
+        ({}, table("[[0.01]]", '["mass"]'), "mass"),
     ],
 )
 def test_errors_that_cannot_be_used_are_refused(
@@ -124,6 +134,32 @@ def test_errors_that_cannot_be_used_are_refused(
 ) -> None:
     path = written(tmp_path / "mine.toml", changes, after)
     with refused(field, place=path):
+        load_uncertain(path)
+
+
+def test_a_field_by_its_name_and_by_its_index_is_one_field(tmp_path: Path) -> None:
+    """In a list of arms, a deviation in the file has indices, and the table of a fit has names."""
+    text = """
+name = "limb"
+uav = { mass = 1.5, inertia = [{ value = 0.02, sd = 0.001 }, 0.02, 0.03] }
+[[arm]]
+name = "limb"
+[[arm.section]]
+name = "rod"
+length = 0.3
+mass_per_length = 0.2
+bending_stiffness = { value = 0.04, sd = 0.004 }
+"""
+    path = tmp_path / "limb.toml"
+    path.write_text(text, "utf-8")
+    found = load_uncertain(path)
+    assert found is not None
+    np.testing.assert_allclose(found.medians, [0.02, 0.04])
+    inertia = np.asarray(found.draws(64).uav.inertia)
+    assert np.log(inertia[:, 0, 0]).std() == pytest.approx(0.05, rel=0.1)
+    name = "arm.limb.section.rod.bending_stiffness"
+    path.write_text(text + table("[[0.01]]", f'["{name}"]'), "utf-8")
+    with refused("arm.0.section.0.bending_stiffness", place=path):
         load_uncertain(path)
 
 
@@ -165,8 +201,10 @@ def test_a_fit_of_one_field_changes_another_that_hangs_together_with_it() -> Non
     assert np.asarray(found.covariance)[0, 0] == pytest.approx(0.04 - given * 0.018, rel=1e-4)
     with refused("uncertainty.covariance"):
         ca.combine_fits([both, of({STIFF: 1.0, "arm.density": 1.0}, np.full((2, 2), 0.01))])
-    with refused("fits"):
-        ca.combine_fits([both])
+    bad: list[Any] = [[both], both, [both, None], [both.vehicle, both.vehicle]]
+    for given in bad:
+        with refused("fits"):
+            ca.combine_fits(given)
 
 
 def test_fits_of_different_vehicles_are_told_apart() -> None:
@@ -177,3 +215,8 @@ def test_fits_of_different_vehicles_are_told_apart() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ca.combine_fits([first, of({STIFF: np.exp(0.05)}, [[16e-4]])])
+        longer = first.vehicle.replace({"uav.mass": 9.0, "arm.length": 0.9})
+        ca.combine_fits([first, UncertainVehicle(longer, ("arm.length",), [[1e-4]])])
+    # A stiffness that was fitted with another length is not that of this arm.
+    with pytest.warns(ca.ContinuairWarning, match="no fit estimates"):
+        ca.combine_fits([first, UncertainVehicle(longer, (STIFF,), [[1e-4]])])

@@ -247,6 +247,12 @@ def pairs(poses: StaticPoses) -> list[tuple[str, float, float, float]]:
     return sorted(found)
 
 
+def unseen_mismatch(results: dict[str, Any]) -> np.ndarray:
+    """Return the mismatches of the pairs of unseen poses [mm], which are named as m1_u005."""
+    torques = {f"{float(name[4] + '.' + name[5:]):.2f}" for name in results["unseen_poses"]}
+    return np.array([each[3] for each in results["pairs"] if each[0] in torques])
+
+
 def draw(path: Path, to: Path, kind: Kind, values: dict[str, float]) -> None:
     """Draw measured and predicted markers from the side."""
     import matplotlib as mpl
@@ -377,7 +383,7 @@ def text_of(results: dict[str, Any]) -> str:
         peers=f"{results['fits'][3]['unseen']['all']:.1f}",
         arc=f"{results['fits'][0]['unseen']['all']:.1f}",
         spread=f"{results['spread_mm']:.2f}",
-        floor=f"{0.5 * rms(np.array([each[3] for each in results['pairs']])):.1f}",
+        floor=f"{0.5 * rms(unseen_mismatch(results)):.1f}",
         all_theirs=f"{over_all(results['with_the_peers_values'][2], 'all'):.1f}",
         moved=", ".join(
             f"{1e3 * results['fits_with_base'][1]['values'][f'base_{axis}']:.0f}" for axis in "xyz"

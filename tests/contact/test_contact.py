@@ -1,5 +1,6 @@
 """Contact of arms with solid objects: bounces, energy, friction, shapes, and what is refused."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -265,6 +266,21 @@ def test_a_tip_presses_only_where_it_stays() -> None:
         ca.pressing(vehicle, ca.Box(centre=[0, 0, 0], size=[1e-3, 1, 1]), 10.0, point=top)
     with refused("vehicle"):
         ca.pressing(ca.load_vehicle("dual_arm"), SIDE, 1.0, point=place)
+
+
+@pytest.mark.parametrize(("share", "strong"), [(0.99, False), (1.01, True)])
+def test_rotors_that_carry_the_vehicle_may_be_too_weak_to_press(share: float, strong: bool) -> None:
+    """Weight and 6 N from the side need √(W² + 6²), of four rotors together."""
+    vehicle, place = presser(part()), [0.05, 0.0, 0.53]
+    needed = math.hypot(9.81 * vehicle.mass, 6.0)
+    rotors = {"layout": "quad_x", "lever": 0.2, "torque_per_thrust": 0.016, "lag": 0.02}
+    limits = {"thrust_limits": [0.0, share * needed / 4.0]}
+    weak = vehicle.replace({"uav.rotors": rotors | limits})
+    if strong:
+        assert ca.pressing(weak, SIDE, 6.0, point=place).thrust == pytest.approx(needed)
+    else:
+        with refused("force"):
+            ca.pressing(weak, SIDE, 6.0, point=place)
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.shape)

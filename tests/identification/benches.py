@@ -88,7 +88,7 @@ def written(path: Path, releases: Releases, *, still: int = 0) -> Path:
     lines = [",".join(["ID", *names])]
     for number, motion in enumerate(releases.motions, start=1):
         rows = np.concatenate([np.repeat(motion[:1], still, axis=0), motion])
-        for row in rows.reshape(len(rows), -1):
+        for row in rows.reshape(len(rows), 3 * count):
             lines.append(",".join([f"{number}", *(f"{value:.7f}" for value in row)]))
     path.write_text("\n".join(lines) + "\n", "utf-8")
     return path

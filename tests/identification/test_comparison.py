@@ -1,11 +1,13 @@
 """Models of an arm compared by what they predict of releases that they were not fitted to."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
+import pytest
 
 import continuair as ca
-from continuair.identification import Marker, StaticPoses, fit_jointly, held_out_errors
+from continuair.identification import HeldOut, Marker, StaticPoses, fit_jointly, held_out_errors
 from continuair.identification.joint import Measurement
 from tests.identification.benches import FIELDS, bench_vehicle, released
 from tests.refusals import refused
@@ -65,3 +67,24 @@ def test_what_a_model_says_of_a_pose_does_not_depend_on_that_pose() -> None:
     assert [f"{points[1]}" in str(each) for each in seen] == [True, False, True]
     with refused("folds"):
         held_out_errors({"true": fit}, [moved], folds=4)
+    whole: Any = lambda parts: "a fit"  # noqa: E731
+    with refused("models"):
+        held_out_errors({"a fit, not its vehicle": whole}, [moved], folds=3)
+
+
+@pytest.mark.parametrize(
+    ("errors", "as_good"),
+    [
+        ({"a": [1.0, np.nan], "b": [2.0, np.nan]}, ["a", "b"]),
+        ({"a": [1.0, 1.0], "b": [np.inf, 1.0]}, ["a"]),
+        ({"a": [np.inf, 1.0], "b": [np.inf, 2.0]}, ["a"]),
+        ({"a": [1.0, 1.1, 0.9], "b": [2.0, 2.1, 1.9]}, ["a"]),
+        ({"a": [1.0, 1.2, 0.9], "b": [1.1, 1.0, 1.0]}, ["a", "b"]),
+    ],
+)
+def test_the_best_model_is_as_good_as_itself_and_one_that_stops_is_not(
+    errors: dict[str, list[float]], as_good: list[str]
+) -> None:
+    """A single group, here the first, tells no models apart."""
+    found = HeldOut({name: np.array(each) for name, each in errors.items()}, {})
+    assert found.as_good == as_good

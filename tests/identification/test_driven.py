@@ -182,3 +182,18 @@ def test_a_tendons_stiffness_is_recovered_from_a_flight(tmp_path: Path) -> None:
     assert found.converged
     with refused("tendon_command"):
         fit(bench_vehicle(), load_recording(path, vehicle), [FIELDS[0]])
+
+
+@pytest.mark.parametrize("kind", ["bend_moment", "tension"])
+def test_a_vehicle_with_other_inputs_than_the_motion_is_refused(kind: str) -> None:
+    """As where models with different strains are compared on a sweep by bend moments."""
+    motion = DrivenMotion(
+        name="sweep",
+        motion=np.zeros((40, 4, 3)),
+        bench=BENCH,
+        rate=RATE,
+        kind=kind,
+        inputs=np.zeros((40, 2)),
+    )
+    with refused(kind, place="sweep"):
+        motion.predictor(with_tendons(**TENDONS))

@@ -189,12 +189,31 @@ def test_stiffness_damping_and_mass_scale_together_without_a_payload() -> None:
     assert np.isinf(found.errors).all()
 
 
+def test_fits_with_fields_of_their_own_combine_as_those_of_the_first_recording() -> None:
+    recordings = [released(0), released(1, payload=MASS)]
+    found = fit_jointly(bench_vehicle(), recordings, FIELDS[:1], own=FIELDS[2:3])
+    first = ca.UncertainVehicle(found.vehicle, **found.uncertainty)  # type: ignore[arg-type]
+    assert first.fields == (FIELDS[0], FIELDS[2])
+    np.testing.assert_allclose(first.medians, found.values[:2])
+    wider = found.degrees_of_freedom / (found.degrees_of_freedom - 2.0)
+    errors = np.sqrt(np.diag(np.asarray(first.covariance)) / wider) * first.medians
+    np.testing.assert_allclose(errors, found.errors[:2])
+
+
 def test_a_vehicle_predicts_its_own_releases_with_another_payload() -> None:
     found = validate_releases(bench_vehicle(), released(7, payload=0.1))
     row = found.describe()
     for key in ("frequency_hz", "damping_ratio", "rms_mm"):
         values: Any = row[key]
         assert values["predicted"] == pytest.approx(values["measured"], rel=0.05)
+
+
+def test_a_prediction_that_is_worse_than_an_arm_at_rest_is_told() -> None:
+    """With another axis upwards, gravity bends the arm sideways."""
+    wrong = replace(released(7), bench=replace(BENCH, up="z"))
+    with pytest.warns(ContinuairWarning, match="up of the bench"):
+        found = validate_releases(bench_vehicle(), wrong)
+    assert found.error.mean() > np.mean([each.rms for each in found.measured])
 
 
 # Files that cannot be used ------------------------------------------------------------------------
@@ -218,6 +237,12 @@ BAD: dict[str, Callable[[Any], Any]] = {
     "a moved base": lambda motion: motion + [0.3, 0.0, 0.0],
     "gaps": holed,
     "too short": lambda motion: motion[:20],
+    "a single row": lambda motion: motion[:1],
+    "no rows": lambda motion: motion[:0],
+    "nothing that moves": lambda motion: np.repeat(motion[:1], len(motion), axis=0),
+    "rows in random order": lambda motion: motion[
+        np.random.default_rng(0).permutation(len(motion))
+    ],
 }
 
 
@@ -244,6 +269,8 @@ def test_releases_with_gaps_are_left_out_if_most_can_be_used(tmp_path: Path) -> 
         (r"x4,y4,z4", "a,b,c", "x4"),
         (r"z4", "z4,x5,y5,z5", "data"),
         (r"^ID", "release", "ID"),
+        (r"(?m)^2,", ",", "ID"),
+        (r"(?m)^2,", "inf,", "ID"),
     ],
 )
 def test_cells_and_columns_that_cannot_be_used_are_refused(
@@ -271,6 +298,16 @@ def test_arguments_that_cannot_be_used_are_refused(tmp_path: Path) -> None:
         replace(released(0), bench=Bench(markers=(0.1, 0.2, 0.3, 0.4))).starts(bench_vehicle())
     with refused("fit"):
         fit_jointly(bench_vehicle(), [released(0)], ["arm.limb.section.base.stifness"])
+    for given in ([], released(0), "releases", [bench_vehicle()]):
+        with refused("measurements"):
+            fit_jointly(bench_vehicle(), given, FIELDS[:1])  # type: ignore[arg-type]
+    with refused("measurements"):  # twice the releases would give errors too small by √2
+        fit_jointly(bench_vehicle(), [released(0), released(0)], FIELDS[:1])
+    with refused("motions"):
+        gap = np.where(np.arange(80)[:, None, None] < 1, np.nan, released(0).motions[0])
+        replace(released(0), motions=(gap,)).starts(bench_vehicle())
+    with refused("path"):
+        onset(np.zeros((1, 3)), 100.0)
 
 
 # Commands -----------------------------------------------------------------------------------------
@@ -317,6 +354,24 @@ def test_the_commands_fit_and_predict() -> None:
     found = json.loads(result.stdout)
     for key in ("frequency_hz", "damping_ratio", "rms_mm"):
         assert found[key]["predicted"] == pytest.approx(found[key]["measured"], rel=0.1)
+
+
+@pytest.mark.usefixtures("files")
+def test_a_fit_tells_which_errors_of_its_start_it_leaves_out() -> None:
+    """The mass's, but not that of the stiffness, which is fitted."""
+    start = Path("start.toml")
+    for field in ("bending_stiffness", "mass_per_length"):
+        text = re.sub(
+            rf"(?m)^{field} = (.*)$",
+            rf"{field} = {{ value = \1, sd = 0.001 }}",
+            start.read_text("utf-8"),
+            count=1,
+        )
+        start.write_text(text, "utf-8")
+    result = run(*FIT, "--fit", FIELDS[0])
+    assert result.exit_code == 0, result.output
+    (told,) = [line for line in result.stderr.splitlines() if "as exact" in line]
+    assert "arm.limb.section.base.mass_per_length" in told and "stiffness" not in told
 
 
 @pytest.mark.usefixtures("files")

@@ -31,7 +31,8 @@ class Modes:
     Parameters
     ----------
     frequencies : ndarray, shape (modes,) or (runs, modes)
-        |λ| of motions exp(λ t), ascending [rad/s]. Of a batch all arrays begin with its runs.
+        |λ| of motions exp(λ t), ascending [rad/s]. Of a batch all arrays begin with its runs, each
+        in its own order: where frequencies cross, a column changes its shape.
     damping : ndarray, shape (modes,)
         Damping ratios -Re λ / |λ|, of the sections' damping alone.
     shapes : ndarray, shape (coordinates, modes)

@@ -82,8 +82,8 @@ def pressing(
     Raises
     ------
     InputError
-        If an argument cannot be used, the arm has no stable equilibrium with this force at the
-        point, or touches the obstacle with more than its tip.
+        If an argument cannot be used, the rotors are too weak, the arm has no stable equilibrium
+        with this force at the point, or touches the obstacle with more than its tip.
 
     Notes
     -----
@@ -114,6 +114,7 @@ def pressing(
         raise InputError(
             "force", f"is {size:g} N, which carries the whole vehicle", "give less than its weight"
         )
+    _check_lift(vehicle, float(np.linalg.norm(thrust)))
     attitude = _attitude(thrust, heading)
     held = _Held(vehicle, attitude, gravity)
     k = free_bend(vehicle, lambda k: held.needed(k, size * normal))
@@ -192,6 +193,20 @@ def _tip_at(
             "move it onto a face, or increase the stiffness",
         )
     return centre, normal, depth
+
+
+def _check_lift(vehicle: Vehicle, thrust: float) -> None:
+    """Raise InputError if a thrust [N] exceeds what all rotors give together along the body's z."""
+    rotors = vehicle.uav.rotors
+    if rotors is None:
+        return
+    most = float(rotors.highest @ rotors.allocation[2])
+    if thrust > most:
+        raise InputError(
+            "force",
+            f"needs a thrust of {thrust:.4g} N, but the rotors give {most:.4g} N",
+            "give less, or stronger rotors",
+        )
 
 
 def _attitude(thrust: Array, yaw: float) -> Array:

@@ -9,7 +9,7 @@ import typer
 
 from continuair.cli import completion
 from continuair.cli.application import app
-from continuair.cli.options import JsonOption, check_json, write_json
+from continuair.cli.options import JsonOption, check_json, tell_left_exact, write_json
 from continuair.cli.terminal import print_table, progress_bar
 
 # Everything else is imported inside the command, so that --help answers at once.
@@ -102,6 +102,7 @@ def identify(
     if recording.sampling:
         typer.echo(recording.sampling, err=True)
     _show(found)
+    tell_left_exact(vehicle, found.fields)
     write_json(as_json(found.describe()), json)
     if out is not None:
         comment = [f"Fitted to {recording.name} by continuair identify."]

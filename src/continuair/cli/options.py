@@ -5,7 +5,7 @@ from __future__ import annotations
 import json as json_format
 import os
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -213,3 +213,17 @@ def _unusable(json: str, why: str) -> InputError:
         f"is {printed(json)}, which cannot be written ({why})",
         "name a file that you may write",
     )
+
+
+def tell_left_exact(vehicle: str, fitted: Sequence[str]) -> None:
+    """Warn of fields with errors in the start's file that a fit of other fields takes as exact."""
+    from continuair.identification.fields import left_exact
+    from continuair.vehicle.uncertain import load_uncertain
+
+    names = left_exact(load_uncertain(vehicle), fitted)
+    if names:
+        typer.echo(
+            f"warning: the fit takes {', '.join(names)} as exact; their errors in {vehicle} are "
+            "neither part of the standard errors nor of the fitted file.",
+            err=True,
+        )

@@ -9,7 +9,7 @@ import typer
 
 from continuair.cli import completion
 from continuair.cli.application import app
-from continuair.cli.options import check_json, write_json
+from continuair.cli.options import check_json, tell_left_exact, write_json
 from continuair.cli.terminal import print_table, progress_bar
 from continuair.errors import InputError
 
@@ -72,6 +72,7 @@ def fit_release(
         names = fitted_fields(start, None if fit is None else fit.split(",")).names
         found = fit_jointly(start, recordings, names, progress=progress)
     _show_fit(found)
+    tell_left_exact(vehicle, names)
     comment = [
         f"Fitted to {', '.join(each.name for each in recordings)} by continuair fit-release."
     ]

@@ -11,6 +11,7 @@ import xarray as xr
 from scipy.optimize import least_squares
 
 from continuair.analysis.backbone import along_at
+from continuair.errors import InputError
 from continuair.flight.rotors import still
 from continuair.flight.simulate import simulate
 from continuair.identification.bench import Bench, markers_of
@@ -98,6 +99,13 @@ class Clamped:
         By least squares over the first samples, in which the arm swings as this vehicle's does.
         """
         at, early = markers_of(vehicle, self.bench), self.measured(vehicle)[:, :_EARLY]
+        gaps = ~np.isfinite(early[:, 0]).all(axis=(1, 2))
+        if gaps.any():
+            raise InputError(
+                "motions",
+                f"has gaps in the first row of motion {int(np.argmax(gaps))}",
+                "begin where all markers are seen",
+            )
         shapes = [_shape(vehicle.arms[0], at, motion[0]) for motion in early]
         starts = np.hstack([shapes, np.zeros(np.shape(shapes))])
         for _ in range(_STEPS):

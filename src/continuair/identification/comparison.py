@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from continuair import checks
-from continuair.errors import InputError
-from continuair.identification.joint import FreeStarts, Measurement
+from continuair.errors import InputError, shown
+from continuair.identification.joint import FreeStarts, Measurement, check_recordings
 from continuair.progress import Progress, Steps
 from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
@@ -62,14 +62,19 @@ class HeldOut:
         """Return the models that these groups cannot tell from the best one, itself included.
 
         Their mean squared error is larger by no more than its standard error, from the groups'
-        differences.
+        differences. A single group tells nothing; a model whose flight stops is not as good.
         """
         best = self.errors[self.best]
         found = []
         for model, errors in self.errors.items():
-            more = (errors**2 - best**2)[~np.isnan(best)]
-            if np.mean(more) <= np.std(more, ddof=1) / np.sqrt(len(more)):
+            known = ~np.isnan(best)
+            if model == self.best:
                 found.append(model)
+            elif np.isfinite(self.rms(model)):
+                more = errors[known] ** 2 - best[known] ** 2
+                spread = np.std(more, ddof=1) / np.sqrt(len(more)) if len(more) > 1 else np.inf
+                if np.mean(more) <= spread:
+                    found.append(model)
         return found
 
 
@@ -110,6 +115,7 @@ def held_out_errors(
     Predictions of releases start from what their first samples say, as in `validate_releases`.
     The error of the best of many models is a little too small, as it was chosen by it.
     """
+    check_recordings("recordings", recordings)
     folds = checks.whole("folds", folds, 2)
     dealt = _dealt(recordings, folds)
     errors: dict[str, Array] = {}
@@ -121,6 +127,8 @@ def held_out_errors(
             for fold in range(folds):
                 steps.begin(f"{name}, part {fold + 1} of {folds}")
                 vehicle = fit(_parts(recordings, dealt != fold))
+                if not isinstance(vehicle, Vehicle):
+                    raise InputError("model", f"returns {shown(vehicle)}", "return a Vehicle")
                 found[dealt == fold] = _errors(vehicle, _parts(recordings, dealt == fold))
         except InputError as error:
             refused[name] = str(error)

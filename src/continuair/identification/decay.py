@@ -65,7 +65,14 @@ def onset(path: Array, rate: float) -> int:
     -------
     int
         Index of the sample.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two samples.
     """
+    if len(path) < 2:
+        raise InputError("path", f"has {len(path)} samples", f"record {FEWEST} or more")
     calm = median_filter(path, size=(5, 1), mode="nearest")
     speed = np.linalg.norm(np.gradient(calm, 1.0 / rate, axis=0), axis=1)
     return int(np.argmax(speed > MOVING * speed.max()))

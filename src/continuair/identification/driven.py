@@ -129,7 +129,18 @@ class DrivenMotion(Immutable):
         return lambda vehicles: _parts(found(self._of_inputs(vehicles)))
 
     def _of_inputs(self, vehicle: Vehicle) -> Vehicle:
-        """Return the vehicle without the pretension that recorded tensions include."""
+        """Return the vehicle without the pretension that recorded tensions include.
+
+        Raises InputError for one with other inputs than the recording.
+        """
+        wanted = vehicle.layout.bends if self.kind == "bend_moment" else vehicle.tendons
+        if wanted != self.inputs.shape[1]:
+            what = "coordinates" if self.kind == "bend_moment" else "tendons"
+            raise InputError(
+                self.kind,
+                f"has {self.inputs.shape[1]} columns, but the vehicle has {wanted} {what}",
+                "compare models that share the inputs, such as tensions of the same tendons",
+            ).located(self.name)
         if self.kind != "tension":
             return vehicle
         path = f"arm.{vehicle.arms[0].name}" if vehicle.has_arm_list else "arm"

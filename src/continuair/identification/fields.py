@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from continuair.errors import InputError, nearest
+from continuair.errors import InputError, nearest, shown
 from continuair.typing import Array
 from continuair.vehicle.arms import ArmChain
 from continuair.vehicle.deviations import is_place
 from continuair.vehicle.section import Section
+from continuair.vehicle.uncertain import UncertainVehicle
 from continuair.vehicle.vehicle import Vehicle
 from continuair.warning import untold
 
@@ -104,7 +105,7 @@ def fitted_fields(vehicle: Vehicle, names: Sequence[str] | None) -> Fitted:
     for name in names:
         if name not in known:
             raise InputError(
-                "fit", f"has {name}, which cannot be fitted", f"{nearest(name, known)}"
+                "fit", f"has {shown(name)}, which cannot be fitted", nearest(name, known)
             )
         if not known[name] and not is_place(name):
             raise InputError(
@@ -144,6 +145,14 @@ def _default(vehicle: Vehicle, known: Mapping[str, float | None]) -> list[str]:
 def _by_name(vehicle: Vehicle, names: Sequence[str]) -> list[str]:
     """Return fields with parts of lists by name instead of index."""
     return [".".join(_named(vehicle, name.strip().split("."))) for name in names]
+
+
+def left_exact(uncertain: UncertainVehicle | None, fitted: Sequence[str]) -> list[str]:
+    """Return the fields of a vehicle with errors that a fit of other fields takes as exact."""
+    if uncertain is None:
+        return []
+    names = _by_name(uncertain.vehicle, uncertain.fields)
+    return [name for name in names if name not in fitted]
 
 
 def _named(vehicle: Vehicle, parts: list[str]) -> list[str]:

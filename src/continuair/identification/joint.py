@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from continuair.errors import InputError
+from continuair.errors import InputError, shown
 from continuair.identification import robust
 from continuair.identification.fields import Fitted, fitted_fields
 from continuair.progress import Progress
@@ -96,6 +96,18 @@ class FreeStarts(Protocol):
         ...
 
 
+def check_recordings(name: str, given: object) -> None:
+    """Raise InputError unless an argument is a list of one recording or more."""
+    if (
+        not isinstance(given, list | tuple)
+        or not given
+        or not all(hasattr(each, "predictor") for each in given)
+    ):
+        raise InputError(
+            name, f"is {shown(given)}", "give a list of Releases, DrivenMotion or StaticPoses"
+        )
+
+
 @dataclass(frozen=True)
 class JointFit:
     """A vehicle fitted to recordings of its arm.
@@ -136,14 +148,20 @@ class JointFit:
         """Return the `[uncertainty]` of a vehicle's file; {} if nothing is known.
 
         Draws of it are normal, with the variance of Student's t. The model's error is the distance
-        of markers, of which `rms` is that of one coordinate.
+        of markers, of which `rms` is that of one coordinate. Fields of their own are those of the
+        first recording, as in the vehicle.
         """
-        known = np.flatnonzero(np.isfinite(np.diag(self.covariance)))
-        if not len(known) or not self.degrees_of_freedom > 2.0:
+        names = [name.partition(" of ")[0] for name in self.fields]
+        known = [
+            index
+            for index, name in enumerate(names)
+            if name not in names[:index] and np.isfinite(self.covariance[index, index])
+        ]
+        if not known or not self.degrees_of_freedom > 2.0:
             return {}
         wider = self.degrees_of_freedom / (self.degrees_of_freedom - 2.0)
         return {
-            "fields": [self.fields[index] for index in known],
+            "fields": [names[index] for index in known],
             "covariance": (wider * self.covariance[np.ix_(known, known)]).tolist(),
             "model_error": float(np.sqrt(3.0)) * max(self.rms.values()),
         }
@@ -225,8 +243,15 @@ class _Problem:
         own: tuple[str, ...],
         progress: Progress | None,
     ) -> None:
-        if not measurements:
-            raise InputError("measurements", "is empty", "give a recording")
+        check_recordings("measurements", measurements)
+        names = [each.name for each in measurements]
+        twice = [name for name in names if names.count(name) > 1]
+        if twice:
+            raise InputError(
+                "measurements",
+                f"has {shown(twice[0])} twice",
+                "give every recording once, under a name of its own",
+            )
         self.of: Fitted = fitted_fields(vehicle, [*fields, *own])
         self.shared, self.own = len(fields), len(own)
         self.measured = [each.measured(vehicle) for each in measurements]

@@ -24,6 +24,12 @@ from continuair.warning import warn
 LONGER = 1.05
 """Distance of a marker from the base, over its distance along the arm, that is no measurement."""
 
+_SHORT = f"has fewer than {FEWEST} samples"
+
+_OUT_OF_ORDER = 2.0
+"""Squares of second differences over those of steps: below 2 for a motion with four samples or more
+in a period, 3 for rows in random order."""
+
 _JUMP = 5.0
 """Longest step of a marker between two samples, over the 95th percentile of its steps."""
 
@@ -176,6 +182,11 @@ def load_releases(
     names = [f"{axis}{marker + 1}" for marker in range(count) for axis in "xyz"]
     headings, rows = rows_of("data", file)
     table = numbers_of(where, headings, rows, ["ID", *names])
+    if not np.isfinite(table[:, 0]).all():
+        row = int(np.argmin(np.isfinite(table[:, 0]))) + 1
+        raise InputError(
+            "ID", f"is missing in row {row}", "give the number of the release in every row"
+        ).located(where)
     if f"x{count + 1}" in headings:
         raise InputError(
             "data",
@@ -189,7 +200,7 @@ def load_releases(
         problem = _problem(motion, bench)
         if not problem:
             motion = motion[onset(motion[:, -1], rate) :]
-            problem = "is short" if len(motion) < FEWEST else ""
+            problem = _SHORT if len(motion) < FEWEST else ""
         if problem:
             left_out[f"{release:g}"] = problem
         else:
@@ -207,13 +218,19 @@ def load_releases(
 
 def _problem(motion: Array, bench: Bench) -> str:
     """Return why a release (samples, markers, 3) cannot be used, or nothing."""
+    if len(motion) < FEWEST:
+        return _SHORT
     if not np.isfinite(motion).all():
         return "has gaps"
     away = np.linalg.norm(motion - np.asarray(bench.base), axis=-1)
     if (away > LONGER * np.asarray(bench.markers)).any():
         return "has a marker farther from the base than along the arm"
     steps = np.linalg.norm(np.diff(motion, axis=0), axis=-1)
-    if len(steps) and (steps.max(axis=0) > _JUMP * np.percentile(steps, 95, axis=0)).any():
+    if not steps[:, -1].any():
+        return "does not move"
+    if np.sum(np.diff(motion[:, -1], 2, axis=0) ** 2) > _OUT_OF_ORDER * np.sum(steps[:, -1] ** 2):
+        return "has rows out of order"
+    if (steps.max(axis=0) > _JUMP * np.percentile(steps, 95, axis=0)).any():
         return "has a marker that jumps"
     return ""
 
@@ -222,11 +239,13 @@ def _tell(where: str, kept: dict[str, Any], left_out: dict[str, str]) -> None:
     """Warn of releases that were left out; raise InputError if these are most of them."""
     if not left_out and kept:
         return
+    if not left_out:
+        raise InputError("data", "has no rows", "give rows below the headings").located(where)
     why = ", ".join(f"{name} {problem}" for name, problem in list(left_out.items())[:3])
-    if len(left_out) >= max(len(kept), 1):
+    if len(left_out) >= len(kept):
         raise InputError(
             "data",
-            f"has {len(left_out)} releases that cannot be used ({why or 'no rows'})",
+            f"has {len(left_out)} releases that cannot be used ({why})",
             "check the unit (m), the order of the markers, and base, up and markers of the bench",
         ).located(where)
     warn(f"{where}: leaves out {len(left_out)} releases ({why}).", stacklevel=3)

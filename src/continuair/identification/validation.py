@@ -11,6 +11,7 @@ from continuair.identification.decay import Decay, decay_of
 from continuair.identification.releases import Releases
 from continuair.typing import Array
 from continuair.vehicle.vehicle import Vehicle
+from continuair.warning import warn
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,11 @@ def validate_releases(vehicle: Vehicle, releases: Releases) -> ReleaseValidation
     ------
     InputError
         If the vehicle's simulation stops before the recording ends.
+
+    Warns
+    -----
+    UserWarning
+        If markers are farther from their predicted places than the tip moves.
     """
     measured = releases.measured(vehicle)
     predicted = releases.predictor(vehicle)(vehicle)[0]
@@ -102,13 +108,29 @@ def validate_releases(vehicle: Vehicle, releases: Releases) -> ReleaseValidation
             "check markers, base and up of the bench, and the arm's stiffness and damping",
         ).located(releases.name)
     apart = np.sum((predicted - measured) ** 2, axis=-1)
-    return ReleaseValidation(
+    found = ReleaseValidation(
         name=releases.name,
         payload=releases.payload,
         measured=_decays(measured, releases),
         predicted=_decays(predicted, releases),
         error=np.sqrt(np.nanmean(apart, axis=(1, 2))),
     )
+    _tell_if_unlike(found)
+    return found
+
+
+def _tell_if_unlike(found: ReleaseValidation) -> None:
+    """Warn if an arm that does not move at all would be predicted better."""
+    off, moved = (
+        1e3 * float(np.sqrt(np.mean(np.square(each))))
+        for each in (found.error, [decay.rms for decay in found.measured])
+    )
+    if off > moved:
+        warn(
+            f"{found.name}: markers are {off:.0f} mm from their predicted places, more than the "
+            f"tip's motion of {moved:.0f} mm; check base and up of the bench, rate and payload.",
+            3,
+        )
 
 
 def _decays(motions: Array, of: Releases) -> tuple[Decay, ...]:

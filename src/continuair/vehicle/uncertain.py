@@ -45,7 +45,8 @@ class UncertainVehicle(Immutable):
     Raises
     ------
     InputError
-        If a field is unknown, or the covariance is not symmetric and positive.
+        If a field is unknown or there twice, also by name and by index, or the covariance is not
+        symmetric and positive.
     """
 
     vehicle: Vehicle
@@ -78,6 +79,10 @@ class UncertainVehicle(Immutable):
                 "uncertainty.fields", f"has {repeated[0]} twice", "name every field once"
             )
         medians = [_value_of(self.vehicle, name) for name in self.fields]
+        # Fields that cannot be replaced, or are one field by two names, fail here, not at a draw.
+        with untold():
+            self.vehicle.replace(dict(zip(self.fields, medians, strict=True)))
+        object.__setattr__(self, "fields", tuple(self.fields))
         object.__setattr__(self, "covariance", checks.frozen(found))
         object.__setattr__(self, "_medians", checks.frozen(np.array(medians)))
 
@@ -151,12 +156,25 @@ def band(values: ArrayLike, level: float = 0.9) -> Array:
     Returns
     -------
     ndarray, shape (2, ...)
-        Lower and upper limits.
+        Lower and upper limits; NaN where all draws are.
+
+    Raises
+    ------
+    InputError
+        If a value is no number, there are no draws, or the level is not between 0 and 1.
     """
     if not 0.0 < checks.number("level", level) < 1.0:
         raise InputError("level", f"is {level:g}", "give a share between 0 and 1")
+    try:
+        rows = np.asarray(values, float)
+    except (TypeError, ValueError):
+        rows = np.empty(0)
+    if not rows.ndim or not len(rows):
+        raise InputError("values", f"is {shown(values)}", "give a number for each draw")
     tail = 0.5 * (1.0 - level)
-    found: Array = np.nanquantile(np.asarray(values, float), [tail, 1.0 - tail], axis=0)
+    known = ~np.isnan(rows).all(axis=0)
+    found = np.full((2, *rows.shape[1:]), np.nan)
+    found[:, known] = np.nanquantile(rows[:, known], [tail, 1.0 - tail], axis=0)
     return found
 
 
@@ -189,6 +207,7 @@ def load_uncertain(name_or_path: str | os.PathLike[str]) -> UncertainVehicle | N
             raise InputError(
                 UNCERTAINTY, f"has {min(unknown)}", "give fields, covariance and model_error"
             )
+        deviations = {_of_matrix(name): sd for name, sd in deviations.items()}
         fields, covariance = _of_table(table)
         both = set(fields) & set(deviations)
         if both:
@@ -205,6 +224,12 @@ def load_uncertain(name_or_path: str | os.PathLike[str]) -> UncertainVehicle | N
         return UncertainVehicle(vehicle, tuple(every), whole, error)
     except InputError as error:
         raise error.located(file) from None
+
+
+def _of_matrix(name: str) -> str:
+    """Return the name of a field in the vehicle: a file may give an inertia by its diagonal."""
+    *_, of, last = ["", *name.split(".")]
+    return f"{name}.{last}" if of == "inertia" and last.isdecimal() else name
 
 
 def _of_table(table: Mapping[str, Any]) -> tuple[tuple[str, ...], Array]:
