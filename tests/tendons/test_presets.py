@@ -11,6 +11,9 @@ from continuair.equations import rod_curve
 
 PULLED = ("aet", "dual_arm_hex", "rao", "tentacle", "x500_trunk")
 
+ON_ONE_SIDE = pytest.param("tentacle", marks=pytest.mark.filterwarnings("ignore:tendons saturate"))
+"""Its two tendons cannot bend it to the other side, as the controller at times asks."""
+
 
 def tip_below(vehicle: ca.Vehicle, gravity: float) -> Any:
     """Return the tip's place at rest, from the arm's base, and the axes there."""
@@ -121,7 +124,7 @@ def test_the_hexarotor_is_that_of_dual_arm_with_rotors_that_push_sideways() -> N
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", PULLED)
+@pytest.mark.parametrize("name", [each for each in PULLED if each != "tentacle"] + [ON_ONE_SIDE])
 def test_presets_with_tendons_hover(name: str) -> None:
     vehicle = ca.load_vehicle(name)
     start = np.zeros(vehicle.layout.coordinates)

@@ -112,7 +112,8 @@ def held_out_errors(
 
     Notes
     -----
-    Predictions of releases start from what their first samples say, as in `validate_releases`.
+    Predictions of releases start from what their first samples say, as in `validate_releases`. In a
+    fit to parts of a driven motion its start, at rest, is that which fits all parts best.
     The error of the best of many models is a little too small, as it was chosen by it.
     """
     check_recordings("recordings", recordings)
