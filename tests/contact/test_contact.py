@@ -100,7 +100,10 @@ def test_elastic_contact_keeps_the_energy_of_an_arm(shape: ca.Obstacle) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(("damping", "count"), [(0.0, 5_000), (0.5, 100_000)])
+@pytest.mark.parametrize(
+    ("damping", "count"),
+    [(0.0, 5_000), (0.5, 5_000), pytest.param(0.5, 100_000, marks=pytest.mark.soak)],
+)
 def test_no_impact_gains_energy(damping: float, count: int) -> None:
     """Random impacts on rough ground, to a hundred times the tolerance of the integration."""
     vehicle, draw = standing(damping_ratio=0.02), np.random.default_rng(7)
