@@ -105,7 +105,7 @@ COLUMNS = (
 )
 
 Found = dict[str, Any]
-"""What is found of a flight; empty for a flight that is not flown."""
+"""Tip, errors and other numbers of a flight by name; empty where a row has no such flight."""
 
 
 def main() -> None:

@@ -200,7 +200,7 @@ def _check_lift(vehicle: Vehicle, thrust: float) -> None:
     rotors = vehicle.uav.rotors
     if rotors is None:
         return
-    most = float(rotors.highest @ rotors.allocation[2])
+    most = float(rotors.greatest_lift)
     if thrust > most:
         raise InputError(
             "force",

@@ -47,7 +47,7 @@ def tip_path(flight: xr.Dataset) -> Figure:
             for axes, plane in zip(row, _PLANES, strict=True):
                 _paths(axes, flights, chosen, plane)
                 axes.set(xlabel=f"{plane[0]} [m]", ylabel=f"{name} {plane[1]} [m]".strip())
-        _head(figure, "Path of the tip", flight, grid[0, 0])
+        _head(figure, "Path of the tip", flight, grid[0, 0], "Thin: all of them.")
     return figure
 
 
@@ -262,9 +262,16 @@ def _parts(flight: xr.Dataset, name: str, part: str) -> dict[str, dict[str, int]
     return {str(label): {part: index} for index, label in enumerate(flight[part].to_numpy())}
 
 
-def _head(figure: Figure, title: str, flight: xr.Dataset, axes: Any) -> None:
+def _head(
+    figure: Figure,
+    title: str,
+    flight: xr.Dataset,
+    axes: Any,
+    others: str = "Bands: 5 to 95 % of them.",
+) -> None:
+    """Write title and legend; others: how a batch's runs are shown beside their median."""
     said = json.loads(flight.attrs.get("vehicle", "{}")).get("name", "")
     text = f"Vehicle {style.plain(said)}." if said else ""
     if "run" in flight.dims:
-        text += f" Lines: medians of {flight.sizes['run']} runs. Bands: 5 to 95 % of them."
+        text += f" Lines: medians of {flight.sizes['run']} runs. {others}"
     style.head(figure, title, text, curves.failures(flight), style.model_handles(axes))

@@ -329,6 +329,12 @@ class Rotors(Part):
         """Return the maximum thrust of each rotor (rotors,), or (runs, rotors) if it varies [N]."""
         return self.limits[..., 1]
 
+    @property
+    def greatest_lift(self) -> Array:
+        """Return the force of all rotors at their limits along the body's z, () or (runs,) [N]."""
+        lift: Array = (self.allocation[..., 2, :] * self.highest).sum(axis=-1)
+        return lift
+
     def limits_field(self, rotor: int) -> str:
         """Return the path of the field that holds the thrust limits of a rotor, by its index."""
         own = self.rotor is not None and self.rotor[rotor].thrust_limits is not None

@@ -147,7 +147,7 @@ class Vehicle(Part):
         rotors = self.uav.rotors
         if rotors is None:
             return
-        lift = (rotors.allocation[..., 2, :] * rotors.highest).sum(axis=-1)
+        lift = rotors.greatest_lift
         weight = np.asarray(self.mass) * _GRAVITY
         heavy, lift, weight = (
             np.atleast_1d(x) for x in np.broadcast_arrays(lift <= weight, lift, weight)
